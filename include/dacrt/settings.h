@@ -1,0 +1,71 @@
+// Settings of a device: which instruction set, and the constants of the method.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dacrt {
+
+/// What a batch asks of every ray.
+enum class Query {
+  kClosest,  ///< the nearest hit
+  kAny,      ///< whether there is a hit at all (occlusion)
+};
+
+/// Upper limit for the instruction set. The engine takes the best one that is compiled in, that
+/// the processor has, and that is not above the limit.
+enum class InstructionSet {
+  kScalar,  ///< portable code, no vector instructions
+  kSsse3,
+  kSse4,
+  kAvx2,
+  kAvx512,
+  kBest,  ///< no limit
+};
+
+/// The instruction sets that this build can run on this processor, worst first. Never empty,
+/// never contains kBest.
+std::vector<InstructionSet> AvailableInstructionSets();
+
+/// The name of an instruction set as `SetByName` takes it: "scalar", "avx2", "best" ...
+std::string_view Name(InstructionSet instruction_set);
+
+/// The constants of the method (Nabata et al. 2013) and the limits of one call.
+/// None of them changes a hit: they change time and memory only.
+struct Settings {
+  /// Limit for the instruction set.
+  InstructionSet instruction_set = InstructionSet::kBest;
+
+  /// Bins per axis in which the triangles' centres are counted (Wald 2007); 2 to 32.
+  uint32_t bins = 16;
+
+  /// Rays that are traced against the candidate child volumes; 1 to 1024.
+  uint32_t sample_rays = 100;
+
+  /// A subproblem with more active rays than this is sampled; one with fewer uses the surface
+  /// area heuristic. At least 1.
+  uint32_t sample_threshold = 1000;
+
+  /// A subproblem with at most this many triangles is solved directly; 1 to 64.
+  uint32_t leaf_triangles = 8;
+
+  /// A subproblem with at most this many active rays is solved directly; 1 to 1024.
+  uint32_t leaf_rays = 8;
+
+  /// A batch is cut into pieces of at most this many rays, which bounds the workspace;
+  /// 64 to 2^30.
+  uint32_t piece_rays = 4u << 20;
+};
+
+/// Sets the member called `name` from its text form, e.g. ("bins", "8").
+/// Throws std::invalid_argument that names the setting, the value and what is legal; `settings`
+/// is then unchanged.
+void SetByName(Settings& settings, std::string_view name, std::string_view value);
+
+/// Throws std::invalid_argument, naming the member and its range, unless every member is legal.
+void Validate(const Settings& settings);
+
+}  // namespace dacrt

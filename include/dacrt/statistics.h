@@ -1,0 +1,29 @@
+// What one call did, counted while it ran.
+#pragma once
+
+#include <cstdint>
+
+namespace dacrt {
+
+/// Counts of one `Scene::Trace`. Adding two gives the counts of both calls.
+struct Statistics {
+  uint64_t rays = 0;            ///< rays of the batch that were active (see RayView)
+  uint64_t hits = 0;            ///< of these, rays that hit something
+  uint64_t pieces = 0;          ///< pieces that the batch was cut into
+  uint64_t subproblems = 0;     ///< calls of the recursion
+  uint64_t max_depth = 0;       ///< deepest level of the recursion; the root is level 1
+  uint64_t sampled_splits = 0;  ///< splits chosen by sample rays
+  uint64_t sah_splits = 0;      ///< splits chosen by the surface area heuristic
+  uint64_t median_splits = 0;   ///< splits by count, where centres coincide or the depth is bounded
+  uint64_t box_tests = 0;       ///< tests of one ray against one child volume while filtering
+  uint64_t rays_filtered = 0;   ///< rays that filtering removed
+  uint64_t filters = 0;         ///< child volumes that were filtered
+  uint64_t filters_skipped = 0; ///< child volumes that took over the parent's rays
+  uint64_t direct_solves = 0;   ///< subproblems solved directly
+  uint64_t direct_rays = 0;     ///< sum over direct solves of the active rays
+  uint64_t triangle_tests = 0;  ///< tests of one ray against one triangle
+
+  Statistics& operator+=(const Statistics& other);
+};
+
+}  // namespace dacrt
