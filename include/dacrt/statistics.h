@@ -5,7 +5,7 @@
 
 namespace dacrt {
 
-/// Counts of one `Scene::Trace`. Adding two gives the counts of both calls.
+/// Counts of one `Scene::Trace`. Adding two gives the counts of both calls, and the larger depth.
 struct Statistics {
   uint64_t rays = 0;            ///< rays of the batch that were active (see RayView)
   uint64_t hits = 0;            ///< of these, rays that hit something

@@ -1,0 +1,26 @@
+#include "dacrt/statistics.h"
+
+#include <algorithm>
+
+namespace dacrt {
+
+Statistics& Statistics::operator+=(const Statistics& other) {
+  rays += other.rays;
+  hits += other.hits;
+  pieces += other.pieces;
+  subproblems += other.subproblems;
+  max_depth = std::max(max_depth, other.max_depth);
+  sampled_splits += other.sampled_splits;
+  sah_splits += other.sah_splits;
+  median_splits += other.median_splits;
+  box_tests += other.box_tests;
+  rays_filtered += other.rays_filtered;
+  filters += other.filters;
+  filters_skipped += other.filters_skipped;
+  direct_solves += other.direct_solves;
+  direct_rays += other.direct_rays;
+  triangle_tests += other.triangle_tests;
+  return *this;
+}
+
+}  // namespace dacrt

@@ -1,0 +1,43 @@
+// Axis-aligned boxes in the form that the partition works with.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+namespace dacrt {
+
+/// Four floats a corner, so that a corner is one 16-byte vector; the fourth has no meaning.
+struct alignas(16) Box {
+  float lower[4];
+  float upper[4];
+
+  static Box Empty() {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    return {{kInfinity, kInfinity, kInfinity, 0}, {-kInfinity, -kInfinity, -kInfinity, 0}};
+  }
+
+  void Extend(const float* point) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], point[axis]);
+      upper[axis] = std::max(upper[axis], point[axis]);
+    }
+  }
+
+  void Extend(const Box& other) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], other.lower[axis]);
+      upper[axis] = std::max(upper[axis], other.upper[axis]);
+    }
+  }
+
+  bool IsEmpty() const { return !(lower[0] <= upper[0]); }
+
+  /// Half of the surface, which is all that ratios of surfaces need. 0 if empty.
+  float HalfArea() const {
+    if (IsEmpty()) return 0;
+    const float x = upper[0] - lower[0], y = upper[1] - lower[1], z = upper[2] - lower[2];
+    return x * y + y * z + z * x;
+  }
+};
+
+}  // namespace dacrt

@@ -1,0 +1,48 @@
+#include "geometry/mesh_table.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace dacrt {
+namespace {
+
+void CheckArray(const char* what, std::size_t mesh, const void* address, std::size_t stride,
+                std::size_t count) {
+  if (count == 0) return;
+  const std::string where = "Scene: mesh " + std::to_string(mesh) + ": " + what;
+  if (address == nullptr) {
+    throw std::invalid_argument(where + " is null, but its count is " + std::to_string(count));
+  }
+  if (reinterpret_cast<std::uintptr_t>(address) % 4 != 0) {
+    throw std::invalid_argument(where + " is not aligned to 4 bytes");
+  }
+  if (stride % 4 != 0) {
+    throw std::invalid_argument(where + " has stride " + std::to_string(stride) +
+                                ", which is not a multiple of 4");
+  }
+}
+
+}  // namespace
+
+MeshTable::MeshTable(std::span<const TriangleMesh> meshes) : meshes_(meshes.begin(), meshes.end()) {
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const TriangleMesh& mesh = meshes_[i];
+    if (mesh.triangle_count > 0) {
+      CheckArray("vertices", i, mesh.vertices, mesh.vertex_stride, mesh.vertex_count);
+    }
+    CheckArray("triangles", i, mesh.triangles, mesh.triangle_stride, mesh.triangle_count);
+    triangle_count_ += mesh.triangle_count;
+    all_masks_full_ &= mesh.mask == UINT32_MAX;
+  }
+  if (triangle_count_ >= std::numeric_limits<uint32_t>::max()) {
+    throw std::length_error("Scene: " + std::to_string(triangle_count_) +
+                            " triangles; at most 2^32 - 2 are supported");
+  }
+  std::stable_sort(meshes_.begin(), meshes_.end(), [](const TriangleMesh& a, const TriangleMesh& b) {
+    return a.geometry_id < b.geometry_id;
+  });
+}
+
+}  // namespace dacrt

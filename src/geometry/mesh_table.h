@@ -1,0 +1,57 @@
+// The meshes of a committed scene, in the order in which equal distances are decided.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+
+namespace dacrt {
+
+/// The three corners of a triangle.
+struct Corners {
+  float v[3][3];
+};
+
+/// Meshes sorted by geometry ID, so that (mesh, primitive) compares as (geomID, primID) does.
+class MeshTable {
+ public:
+  /// Throws as Scene's constructor does.
+  explicit MeshTable(std::span<const TriangleMesh> meshes);
+
+  std::span<const TriangleMesh> meshes() const { return meshes_; }
+  const TriangleMesh& operator[](uint32_t mesh) const { return meshes_[mesh]; }
+
+  /// Triangles of all meshes, also those that cannot be hit.
+  std::size_t triangle_count() const { return triangle_count_; }
+
+  /// Whether every mesh accepts every ray whose mask is not 0.
+  bool all_masks_full() const { return all_masks_full_; }
+
+  /// Reads the corners. False, and nothing read outside the vertices, if an index is too large.
+  bool ReadCorners(uint32_t mesh, uint32_t primitive, Corners& corners) const {
+    const TriangleMesh& m = meshes_[mesh];
+    uint32_t index[3];
+    std::memcpy(index,
+                static_cast<const char*>(m.triangles) + std::size_t{primitive} * m.triangle_stride,
+                sizeof(index));
+    if (index[0] >= m.vertex_count || index[1] >= m.vertex_count || index[2] >= m.vertex_count) {
+      return false;
+    }
+    for (int corner = 0; corner < 3; ++corner) {
+      std::memcpy(corners.v[corner],
+                  static_cast<const char*>(m.vertices) + index[corner] * m.vertex_stride,
+                  sizeof(corners.v[corner]));
+    }
+    return true;
+  }
+
+ private:
+  std::vector<TriangleMesh> meshes_;
+  std::size_t triangle_count_ = 0;
+  bool all_masks_full_ = true;
+};
+
+}  // namespace dacrt

@@ -1,0 +1,117 @@
+// Rays against a box, a vector of rays at a time: the slab test, made conservative.
+//
+// Every test of the recursion is this one, so the answer for a box never depends on how the rays or
+// the triangles were grouped. Two properties carry the promise that the same ray gets the same
+// bits, whatever the partition:
+//   conservative  A ray that meets a triangle within the rounding of the triangle test enters the
+//                 triangle's box: boxes are widened by kBoxWidening, distances by kDistanceSlack.
+//   monotone      If box A lies in box B, B is entered no later and left no earlier than A, bit for
+//                 bit, because each operation is monotone and rounded the same way in both.
+
+#if defined(DACRT_GEOMETRY_RAY_BOX_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_GEOMETRY_RAY_BOX_INL_H_
+#undef DACRT_GEOMETRY_RAY_BOX_INL_H_
+#else
+#define DACRT_GEOMETRY_RAY_BOX_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::ScalableTag<float>;
+using DU = hn::RebindToUnsigned<D>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+constexpr D kFloat;
+constexpr DU kUint;
+
+/// Rays in a vector.
+HWY_INLINE size_t Lanes() { return hn::Lanes(kFloat); }
+
+/// One bit a lane.
+HWY_INLINE uint64_t Bits(M mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(kFloat, mask, bytes);
+  uint64_t bits;
+  memcpy(&bits, bytes, sizeof(bits));
+  return bits;
+}
+
+/// Relative widening of a box, two units in the last place: a ray that runs exactly in a face of
+/// the box counts as inside, also when its direction's component is zero.
+constexpr float kBoxWidening = 0x1p-22f;
+/// Absolute widening, for faces at zero.
+constexpr float kBoxWideningAbsolute = 1e-20f;
+/// Relative slack of the distances to the box's planes. The slab test itself errs by 2^-22; the rest
+/// covers the rounding of the triangle test, whose hits may lie beside the triangle.
+constexpr float kDistanceSlack = 0x1p-16f;
+/// A component of a direction below this is treated as this, with its sign. Its reciprocal times
+/// the smallest widening is beyond every distance, and no product becomes 0 * infinity.
+constexpr float kSmallestDirection = 1e-36f;
+
+/// A widened box, one value in all lanes.
+struct WideBox {
+  V lower[3];
+  V upper[3];
+};
+
+HWY_INLINE V WidenDown(V x) {
+  const V widening = hn::Add(hn::Mul(hn::Abs(x), hn::Set(kFloat, kBoxWidening)),
+                             hn::Set(kFloat, kBoxWideningAbsolute));
+  return hn::Sub(x, widening);
+}
+
+HWY_INLINE V WidenUp(V x) { return hn::Neg(WidenDown(hn::Neg(x))); }
+
+HWY_INLINE WideBox Widen(const float* lower, const float* upper) {
+  WideBox wide;
+  for (int axis = 0; axis < 3; ++axis) {
+    wide.lower[axis] = WidenDown(hn::Set(kFloat, lower[axis]));
+    wide.upper[axis] = WidenUp(hn::Set(kFloat, upper[axis]));
+  }
+  return wide;
+}
+
+/// Reciprocal of a component of the direction. Finite for every finite component.
+HWY_INLINE V SafeReciprocal(V direction) {
+  const V smallest = hn::Set(kFloat, kSmallestDirection);
+  const V magnitude = hn::Max(hn::Abs(direction), smallest);
+  return hn::Div(hn::Set(kFloat, 1.0f), hn::CopySign(magnitude, direction));
+}
+
+/// Where a ray is in a box: between `entry` and `exit`, both with slack; empty if entry > exit.
+struct Interval {
+  V entry;
+  V exit;
+};
+
+HWY_INLINE Interval IntersectBox(const WideBox& box, const V* origin, const V* reciprocal) {
+  V entry, exit;
+  for (int axis = 0; axis < 3; ++axis) {
+    const V t0 = hn::Mul(hn::Sub(box.lower[axis], origin[axis]), reciprocal[axis]);
+    const V t1 = hn::Mul(hn::Sub(box.upper[axis], origin[axis]), reciprocal[axis]);
+    const V near = hn::Min(t0, t1), far = hn::Max(t0, t1);
+    entry = axis == 0 ? near : hn::Max(entry, near);
+    exit = axis == 0 ? far : hn::Min(exit, far);
+  }
+  return {hn::Mul(entry, hn::Set(kFloat, 1.0f - kDistanceSlack)),
+          hn::Mul(exit, hn::Set(kFloat, 1.0f + kDistanceSlack))};
+}
+
+/// Rays that are in the box somewhere in [max(tnear, 0), tfar].
+HWY_INLINE M Enters(const Interval& interval, V tnear, V tfar) {
+  const V first = hn::Max(interval.entry, hn::Max(tnear, hn::Zero(kFloat)));
+  return hn::Le(first, hn::Min(interval.exit, tfar));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_GEOMETRY_RAY_BOX_INL_H_

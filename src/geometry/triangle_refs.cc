@@ -1,0 +1,49 @@
+#include "geometry/triangle_refs.h"
+
+#include <cmath>
+
+namespace dacrt {
+
+bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref) {
+  Corners corners;
+  if (!meshes.ReadCorners(mesh, primitive, corners)) return false;
+  constexpr float kLargest = 1.8e18f;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float a = corners.v[0][axis], b = corners.v[1][axis], c = corners.v[2][axis];
+    // Negated, so that a coordinate which is not a number fails as well.
+    if (!(std::abs(a) <= kLargest && std::abs(b) <= kLargest && std::abs(c) <= kLargest)) {
+      return false;
+    }
+    ref.lower[axis] = std::min(std::min(a, b), c);
+    ref.upper[axis] = std::max(std::max(a, b), c);
+  }
+  ref.primitive = primitive;
+  ref.mesh = mesh;
+  return true;
+}
+
+TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs) {
+  std::size_t count = 0;
+  const auto all = meshes.meshes();
+  for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
+    for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
+      count += BoundTriangle(meshes, mesh, primitive, refs[count]);
+    }
+  }
+  return MeasureTriangles(refs, 0, count);
+}
+
+TriangleRange MeasureTriangles(const TriangleRef* refs, std::size_t begin, std::size_t end) {
+  TriangleRange range{begin, end, Box::Empty(), Box::Empty()};
+  for (std::size_t i = begin; i < end; ++i) {
+    const TriangleRef& ref = refs[i];
+    range.bounds.Extend(ref.lower);
+    range.bounds.Extend(ref.upper);
+    const float center[3] = {ref.lower[0] + ref.upper[0], ref.lower[1] + ref.upper[1],
+                             ref.lower[2] + ref.upper[2]};
+    range.centers.Extend(center);
+  }
+  return range;
+}
+
+}  // namespace dacrt

@@ -1,0 +1,42 @@
+// References to triangles: what the recursion partitions in place of the triangles themselves.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/box.h"
+#include "geometry/mesh_table.h"
+
+namespace dacrt {
+
+/// A triangle's bounds and name, 32 bytes. A corner and the integer behind it are one 16-byte
+/// vector.
+struct alignas(16) TriangleRef {
+  float lower[3];
+  uint32_t primitive;
+  float upper[3];
+  uint32_t mesh;
+};
+
+/// References [begin, end) of a call's array, with what the recursion must know of them.
+struct TriangleRange {
+  std::size_t begin;
+  std::size_t end;
+  Box bounds;   ///< of the triangles
+  Box centers;  ///< of lower + upper of each reference, which is twice its centre
+
+  std::size_t count() const { return end - begin; }
+};
+
+/// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
+/// coordinate that is not finite or above 1.8e18 in magnitude, where squares overflow.
+bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
+
+/// Writes the references of all triangles that can be hit to `refs`, which has room for
+/// meshes.triangle_count() of them, and returns their range.
+TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs);
+
+/// Bounds, and bounds of the centres, of refs[begin, end).
+TriangleRange MeasureTriangles(const TriangleRef* refs, std::size_t begin, std::size_t end);
+
+}  // namespace dacrt

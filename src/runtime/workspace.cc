@@ -1,0 +1,123 @@
+#include "runtime/workspace.h"
+
+#include <sys/mman.h>
+
+#include <new>
+#include <utility>
+
+namespace dacrt {
+namespace {
+
+constexpr std::size_t kAlignment = 64;
+
+constexpr std::size_t RoundUp(std::size_t value, std::size_t multiple) {
+  return (value + multiple - 1) / multiple * multiple;
+}
+
+/// Cuts arrays off the front of a block.
+class Cutter {
+ public:
+  explicit Cutter(std::byte* memory) : next_(memory) {}
+
+  template <class T>
+  T* Cut(std::size_t count) {
+    T* array = reinterpret_cast<T*>(next_);
+    next_ += RoundUp(count * sizeof(T), kAlignment);
+    return array;
+  }
+
+  /// Moves on by some cache lines.
+  void Skip(std::size_t lines) { next_ += lines * kAlignment; }
+
+ private:
+  std::byte* next_;
+};
+
+}  // namespace
+
+Workspace::~Workspace() { Free(); }
+
+void Workspace::Free() {
+  if (memory_) munmap(memory_, bytes_);
+  memory_ = nullptr;
+  bytes_ = 0;
+}
+
+void Workspace::Reserve(std::size_t triangles, std::size_t rays) {
+  const std::size_t bytes = WorkspaceSize::Bytes(triangles, rays);
+  if (bytes > bytes_) {
+    Free();
+    // The system's pages directly: untouched ones cost nothing, and all go back when freed.
+    void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    // Large pages make the first touch, and every later one, cheaper. Without them all still works.
+    madvise(memory, bytes, MADV_HUGEPAGE);
+    memory_ = static_cast<std::byte*>(memory);
+    bytes_ = bytes;
+  }
+  Cutter cutter(memory_);
+  scratch_ = cutter.Cut<Scratch>(1);
+  refs_ = cutter.Cut<TriangleRef>(triangles);
+  const std::size_t slots = RoundUp(2 * rays + WorkspaceSize::kSpareSlots, kMaxLanes);
+  // The fields are read and written side by side; at equal offsets in their pages they would compete
+  // for the same lines of the cache, so each begins five lines further into its page.
+  const auto cut_field = [&]<class T>(T*& field) {
+    field = cutter.Cut<T>(slots);
+    cutter.Skip(5);
+  };
+  for (float*& field : batch_.org) cut_field(field);
+  for (float*& field : batch_.dir) cut_field(field);
+  cut_field(batch_.tnear);
+  cut_field(batch_.tfar);
+  cut_field(batch_.index);
+  batch_.capacity = slots;
+  batch_.top = 0;
+  batch_.bits_capacity = slots / 8;
+  batch_.lane_bits = cutter.Cut<uint8_t>(batch_.bits_capacity);
+  batch_.bits_top = 0;
+  batch_.hits = cutter.Cut<Hit>(rays);
+  batch_.ray_masks = cutter.Cut<uint32_t>(rays);
+}
+
+WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
+  const std::lock_guard lock(pool_.mutex_);
+  if (pool_.idle_.empty()) {
+    workspace_ = std::make_unique<Workspace>();
+  } else {
+    workspace_ = std::move(pool_.idle_.back());
+    pool_.idle_.pop_back();
+  }
+}
+
+WorkspacePool::Loan::~Loan() {
+  const std::lock_guard lock(pool_.mutex_);
+  pool_.idle_.push_back(std::move(workspace_));
+}
+
+void WorkspacePool::Loan::Reserve(std::size_t triangles, std::size_t rays) {
+  const auto count = [this](std::size_t before) {
+    const std::lock_guard lock(pool_.mutex_);
+    pool_.bytes_held_ += workspace_->bytes() - before;
+  };
+  const std::size_t before = workspace_->bytes();
+  try {
+    workspace_->Reserve(triangles, rays);
+  } catch (...) {
+    count(before);
+    throw;
+  }
+  count(before);
+}
+
+std::size_t WorkspacePool::BytesHeld() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_held_;
+}
+
+void WorkspacePool::ReleaseIdle() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& workspace : idle_) bytes_held_ -= workspace->bytes();
+  idle_.clear();
+}
+
+}  // namespace dacrt

@@ -1,0 +1,247 @@
+// Direct solve: every active ray against every triangle of a subproblem.
+//
+// The test is that of Moeller and Trumbore (1997) in the formulation, and the operation order, of
+// Embree 3, so that hits agree bit for bit nearly always. Which hits count is a property of the ray
+// and the triangle alone, and the closest one is the least (t, mesh, primitive); so the answer does
+// not depend on the order or grouping in which pairs are tested. A pair counts if
+//   - the ray passes the edge tests, and T and |den| say tnear < t <= tfar,
+//   - the ray enters the triangle's own box (see ray_box-inl.h) within [max(tnear, 0), tfar],
+// and its distance is t moved into the interval in which the ray is in that box. No box around the
+// triangle is then entered later than at the hit, so none is left out because of it.
+
+#if defined(DACRT_SOLVE_DIRECT_SOLVE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_SOLVE_DIRECT_SOLVE_INL_H_
+#undef DACRT_SOLVE_DIRECT_SOLVE_INL_H_
+#else
+#define DACRT_SOLVE_DIRECT_SOLVE_INL_H_
+#endif
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "geometry/ray_box-inl.h"
+#include "solve/solve_task.h"
+#include "solve/triangle_block-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Rays for the triangle test: a vector of them, or one in all lanes.
+struct TestRays {
+  V org[3];
+  V dir[3];
+  V tnear;
+  V tfar;
+};
+
+/// Triangles for the triangle test: one in all lanes, or a vector of them.
+struct TestTriangles {
+  V v0[3];
+  V e1[3];
+  V e2[3];
+  V ng[3];
+  V lower[3];  ///< of its own box
+  V upper[3];
+};
+
+/// Pairs of a ray and a triangle, a lane each, that meet.
+struct MeetingPairs {
+  uint64_t lanes;         ///< which lanes meet
+  uint64_t within_limit;  ///< which of them lie within tfar by Embree's depth test, T <= den * tfar
+  HWY_ALIGN float t[kMaxLanes];
+  HWY_ALIGN float u[kMaxLanes];
+  HWY_ALIGN float v[kMaxLanes];
+};
+
+/// T / den may round to tfar or below although T > den * tfar, and a hit at exactly tfar has to be
+/// compared by its name: so the first depth test has slack, and TakeClosest decides.
+constexpr float kDepthSlack = 1.0f + 0x1p-20f;
+
+/// Tests a vector of pairs. False if none meets; `pairs` is then untouched.
+HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
+                          MeetingPairs& pairs) {
+  const V zero = hn::Zero(kFloat);
+  const V c[3] = {hn::Sub(triangles.v0[0], rays.org[0]), hn::Sub(triangles.v0[1], rays.org[1]),
+                  hn::Sub(triangles.v0[2], rays.org[2])};
+  V r[3];
+  Cross(c, rays.dir, r);
+  const V signed_den = Dot(triangles.ng, rays.dir);
+  const V sign = hn::And(signed_den, hn::SignBit(kFloat));
+  const V den = hn::Abs(signed_den);
+  const V u = hn::Xor(Dot(r, triangles.e2), sign);
+  const V v = hn::Xor(Dot(r, triangles.e1), sign);
+  M meet = hn::And(hn::And(hn::Ge(u, zero), hn::Ge(v, zero)),
+                   hn::And(hn::Le(hn::Add(u, v), den), hn::Ne(den, zero)));
+  if (hn::AllFalse(kFloat, meet)) return false;
+
+  const V t = hn::Xor(Dot(triangles.ng, c), sign);
+  const V limit = hn::Mul(den, rays.tfar);
+  meet = hn::And(hn::And(meet, hn::Ge(t, zero)),
+                 hn::And(hn::Lt(hn::Mul(den, rays.tnear), t),
+                         hn::Le(t, hn::Mul(limit, hn::Set(kFloat, kDepthSlack)))));
+  if (hn::AllFalse(kFloat, meet)) return false;
+
+  WideBox box;
+  V reciprocal[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = WidenDown(triangles.lower[axis]);
+    box.upper[axis] = WidenUp(triangles.upper[axis]);
+    reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
+  }
+  const Interval interval = IntersectBox(box, rays.org, reciprocal);
+  meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
+  if (hn::AllFalse(kFloat, meet)) return false;
+
+  const V one = hn::Set(kFloat, 1.0f);
+  pairs.lanes = Bits(meet);
+  pairs.within_limit = Bits(hn::Le(t, limit));
+  hn::Store(hn::Min(hn::Max(hn::Div(t, den), interval.entry), interval.exit), kFloat, pairs.t);
+  hn::Store(hn::Min(hn::Div(u, den), one), kFloat, pairs.u);
+  hn::Store(hn::Min(hn::Div(v, den), one), kFloat, pairs.v);
+  return true;
+}
+
+HWY_INLINE TestRays LoadTestRays(const RayBatch& batch, size_t slot) {
+  TestRays rays;
+  for (int axis = 0; axis < 3; ++axis) {
+    rays.org[axis] = hn::Load(kFloat, batch.org[axis] + slot);
+    rays.dir[axis] = hn::Load(kFloat, batch.dir[axis] + slot);
+  }
+  rays.tnear = hn::Load(kFloat, batch.tnear + slot);
+  rays.tfar = hn::Load(kFloat, batch.tfar + slot);
+  return rays;
+}
+
+HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
+  TestRays rays;
+  for (int axis = 0; axis < 3; ++axis) {
+    rays.org[axis] = hn::Set(kFloat, batch.org[axis][slot]);
+    rays.dir[axis] = hn::Set(kFloat, batch.dir[axis][slot]);
+  }
+  rays.tnear = hn::Set(kFloat, batch.tnear[slot]);
+  rays.tfar = hn::Set(kFloat, batch.tfar[slot]);
+  return rays;
+}
+
+/// Triangle i in all lanes, or triangles i, i + 1 ... a lane each.
+template <bool kBroadcast>
+HWY_INLINE TestTriangles LoadTestTriangles(const TriangleBlock& block, size_t i) {
+  const auto load = [i](const float* array) {
+    if constexpr (kBroadcast) return hn::Set(kFloat, array[i]);
+    return hn::Load(kFloat, array + i);
+  };
+  TestTriangles t;
+  for (int axis = 0; axis < 3; ++axis) {
+    t.v0[axis] = load(block.v0[axis]);
+    t.e1[axis] = load(block.e1[axis]);
+    t.e2[axis] = load(block.e2[axis]);
+    t.ng[axis] = load(block.ng[axis]);
+    t.lower[axis] = load(block.lower[axis]);
+    t.upper[axis] = load(block.upper[axis]);
+  }
+  return t;
+}
+
+/// Whether a hit at `t` of (mesh, primitive) replaces what the ray has: `hit` at `tfar`, or nothing
+/// within its own `tfar`. `within_limit` says that the hit passes Embree's test against tfar.
+inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive, const Hit& hit,
+                     float tfar) {
+  if (t < tfar) return true;
+  if (hit.mesh == Hit::kNone) return within_limit;
+  if (t != tfar || ((hit.mesh & Hit::kAtLimit) && !within_limit)) return false;
+  const uint32_t hit_mesh = hit.mesh & ~Hit::kAtLimit;
+  return mesh != hit_mesh ? mesh < hit_mesh : primitive < hit.primitive;
+}
+
+/// Offers the ray in `slot` the meeting pair in `lane`, whose triangle is number i of `block`.
+template <Query kQuery>
+inline void TakePair(const SolveTask& task, size_t slot, const MeetingPairs& pairs, size_t lane,
+                     size_t i) {
+  RayBatch& batch = task.batch;
+  const TriangleBlock& block = task.scratch.triangles;
+  const uint32_t mesh = block.mesh[i], primitive = block.primitive[i];
+  const uint32_t index = batch.index[slot];
+  if (batch.ray_masks && !(batch.ray_masks[index] & task.meshes[mesh].mask)) return;
+  const bool within_limit = (pairs.within_limit >> lane) & 1;
+  float& tfar = batch.tfar[slot];
+  if constexpr (kQuery == Query::kAny) {
+    if (within_limit) tfar = -std::numeric_limits<float>::infinity();
+  } else {
+    Hit& hit = batch.hits[index];
+    if (!IsCloser(pairs.t[lane], within_limit, mesh, primitive, hit, tfar)) return;
+    // Only a hit that lowers the distance is known to lie within the ray's own tfar.
+    const bool at_limit = pairs.t[lane] >= tfar && (hit.mesh & Hit::kAtLimit);
+    hit = {pairs.u[lane], pairs.v[lane], primitive, at_limit ? mesh | Hit::kAtLimit : mesh};
+    tfar = std::min(pairs.t[lane], tfar);
+  }
+}
+
+/// Calls `take(lane)` for each lane that meets.
+template <class Take>
+HWY_INLINE void ForEachLane(uint64_t lanes, const Take& take) {
+  for (; lanes != 0; lanes &= lanes - 1) take(hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes));
+}
+
+/// A vector of rays at a time against one triangle after the other.
+template <Query kQuery>
+HWY_INLINE void TestByRays(const SolveTask& task, const RayBlock& rays) {
+  const TriangleBlock& block = task.scratch.triangles;
+  MeetingPairs pairs;
+  for (size_t slot = rays.begin; slot < rays.begin + rays.count; slot += Lanes()) {
+    TestRays test_rays = LoadTestRays(task.batch, slot);
+    for (size_t i = 0; i < block.count; ++i) {
+      if (HWY_LIKELY(!TestPairs(test_rays, LoadTestTriangles<true>(block, i), pairs))) continue;
+      ForEachLane(pairs.lanes, [&](size_t lane) {
+        TakePair<kQuery>(task, slot + lane, pairs, lane, i);
+      });
+      test_rays.tfar = hn::Load(kFloat, task.batch.tfar + slot);
+    }
+  }
+}
+
+/// One ray after the other against a vector of triangles at a time.
+template <Query kQuery>
+HWY_INLINE void TestByTriangles(const SolveTask& task, const RayBlock& rays) {
+  const TriangleBlock& block = task.scratch.triangles;
+  MeetingPairs pairs;
+  for (size_t slot = rays.begin; slot < rays.begin + rays.count; ++slot) {
+    TestRays test_ray = BroadcastTestRay(task.batch, slot);
+    for (size_t i = 0; i < block.count; i += Lanes()) {
+      if (HWY_LIKELY(!TestPairs(test_ray, LoadTestTriangles<false>(block, i), pairs))) continue;
+      ForEachLane(pairs.lanes, [&](size_t lane) {
+        TakePair<kQuery>(task, slot, pairs, lane, i + lane);
+      });
+      test_ray.tfar = hn::Set(kFloat, task.batch.tfar[slot]);
+    }
+  }
+}
+
+/// Tests every ray of `rays` against every triangle of `triangles`.
+template <Query kQuery>
+void SolveDirect(const SolveTask& task, const TriangleRange& triangles, const RayBlock& rays) {
+  ++task.statistics.direct_solves;
+  task.statistics.direct_rays += rays.count;
+  task.statistics.triangle_tests += rays.count * triangles.count();
+  TriangleBlock& block = task.scratch.triangles;
+  for (size_t begin = triangles.begin; begin < triangles.end; begin += TriangleBlock::kCapacity) {
+    const size_t count = std::min(triangles.end - begin, TriangleBlock::kCapacity);
+    GatherTriangles(task.meshes, count, [&](size_t i) -> const TriangleRef& {
+      return task.refs[begin + i];
+    }, block);
+    const size_t vectors_by_rays = hwy::DivCeil(rays.count, Lanes()) * count;
+    const size_t vectors_by_triangles = rays.count * hwy::DivCeil(count, Lanes());
+    if (vectors_by_triangles < vectors_by_rays) {
+      TestByTriangles<kQuery>(task, rays);
+    } else {
+      TestByRays<kQuery>(task, rays);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_SOLVE_DIRECT_SOLVE_INL_H_

@@ -1,0 +1,62 @@
+// Small arrays that a call of the recursion needs for one step and no longer. They are part of the
+// workspace rather than of the stack, so that the recursion's frames stay small.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/box.h"
+#include "rays/ray_batch.h"
+
+namespace dacrt {
+
+/// Triangles as the triangle test wants them (see triangle_block-inl.h).
+struct alignas(64) TriangleBlock {
+  static constexpr std::size_t kCapacity = 64;
+
+  float v0[3][kCapacity];
+  float e1[3][kCapacity];  ///< v0 - v1
+  float e2[3][kCapacity];  ///< v2 - v0
+  float ng[3][kCapacity];  ///< e2 x e1, unnormalised
+  float lower[3][kCapacity];
+  float upper[3][kCapacity];
+  uint32_t mesh[kCapacity];
+  uint32_t primitive[kCapacity];
+  std::size_t count;
+};
+
+/// The rays that steer a partition.
+struct alignas(64) SampleRays {
+  static constexpr std::size_t kCapacity = 1024;
+
+  float org[3][kCapacity];
+  float reciprocal[3][kCapacity];  ///< of the direction
+  float tnear[kCapacity];
+  float tfar[kCapacity];
+  std::size_t count = 0;
+};
+
+/// A bin: how many centres fell into it, and the bounds of their triangles (Wald 2007).
+struct Bin {
+  Box bounds;
+  std::size_t count;
+};
+
+/// The two sides of a candidate partition.
+struct SplitCandidate {
+  Box left_box;
+  Box right_box;
+  std::size_t left_count;
+  std::size_t right_count;
+};
+
+struct Scratch {
+  static constexpr int kMaxBins = 32;
+
+  TriangleBlock triangles;
+  SampleRays samples;
+  Bin bins[3][kMaxBins];
+  SplitCandidate candidates[3][kMaxBins];
+};
+
+}  // namespace dacrt

@@ -1,0 +1,91 @@
+#include "solve/solve.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "solve/solve.cc"
+#include <hwy/foreach_target.h>
+
+#include "rays/store_hits-inl.h"
+#include "solve/solve-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+void SolvePiece(Query query, const SolveTask& task, const TriangleRange& triangles,
+                const RayBlock& rays) {
+  if (query == Query::kClosest) {
+    Solver<Query::kClosest>(task).Solve(triangles, rays, 1);
+  } else {
+    Solver<Query::kAny>(task).Solve(triangles, rays, 1);
+  }
+}
+
+size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTask& task,
+                  const RayBlock& rays) {
+  return query == Query::kClosest ? StoreClosest(view, first, task.meshes, task.batch, rays,
+                                                 task.scratch.triangles)
+                                  : StoreBlocked(view, first, task.batch, rays);
+}
+
+}  // namespace
+
+const Kernels* GetKernels() {
+  static constexpr Kernels kKernels{SolvePiece, StorePiece};
+  return &kKernels;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+namespace {
+
+HWY_EXPORT(GetKernels);
+
+struct Target {
+  InstructionSet instruction_set;
+  int64_t bits;  ///< Highway's targets that make it up
+};
+
+// Worst first. Highway's portable code is one of two, by compiler; both are called scalar here.
+constexpr Target kTargets[] = {
+    {InstructionSet::kScalar, HWY_SCALAR | HWY_EMU128},
+    {InstructionSet::kSsse3, HWY_SSSE3},
+    {InstructionSet::kSse4, HWY_SSE4},
+    {InstructionSet::kAvx2, HWY_AVX2},
+    {InstructionSet::kAvx512, HWY_AVX3 | HWY_AVX3_DL},
+};
+
+int64_t TargetsHere() { return hwy::SupportedTargets() & HWY_TARGETS; }
+
+}  // namespace
+
+std::vector<InstructionSet> AvailableInstructionSets() {
+  std::vector<InstructionSet> available;
+  for (const Target& target : kTargets) {
+    if (target.bits & (TargetsHere() | HWY_STATIC_TARGET)) {
+      available.push_back(target.instruction_set);
+    }
+  }
+  return available;
+}
+
+const Kernels& ChooseKernels(InstructionSet limit, InstructionSet& chosen) {
+  int64_t allowed = 0;
+  for (const Target& target : kTargets) {
+    if (!(target.bits & (TargetsHere() | HWY_STATIC_TARGET))) continue;
+    // The worst one is taken even if the limit is below it: the code has no worse one.
+    if (allowed != 0 && target.instruction_set > limit) continue;
+    allowed |= target.bits & (TargetsHere() | HWY_STATIC_TARGET);
+    chosen = target.instruction_set;
+  }
+  hwy::ChosenTarget target;
+  target.Update(allowed);
+  return *HWY_DISPATCH_TABLE(GetKernels)[target.GetIndex()]();
+}
+
+}  // namespace dacrt
+#endif  // HWY_ONCE

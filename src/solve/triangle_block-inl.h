@@ -1,0 +1,76 @@
+// A few triangles as structure of arrays, ready for the triangle test.
+
+#if defined(DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#undef DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#else
+#define DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#endif
+
+#include "geometry/mesh_table.h"
+#include "geometry/ray_box-inl.h"
+#include "solve/scratch.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// a x b with one rounding less a component where the instruction set has fused operations, in
+/// Embree's order.
+HWY_INLINE void Cross(const V* a, const V* b, V* out) {
+  out[0] = hn::MulSub(a[1], b[2], hn::Mul(a[2], b[1]));
+  out[1] = hn::MulSub(a[2], b[0], hn::Mul(a[0], b[2]));
+  out[2] = hn::MulSub(a[0], b[1], hn::Mul(a[1], b[0]));
+}
+
+HWY_INLINE V Dot(const V* a, const V* b) {
+  return hn::MulAdd(a[0], b[0], hn::MulAdd(a[1], b[1], hn::Mul(a[2], b[2])));
+}
+
+/// Fills `block` with the triangles named by `name(i)`, i < count <= TriangleBlock::kCapacity; a
+/// name has the members `mesh` and `primitive`. Behind the last triangle, up to a full vector,
+/// stand triangles of no area, which nothing hits.
+template <class Name>
+HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Name& name,
+                                TriangleBlock& block) {
+  block.count = count;
+  for (size_t i = 0; i < count; ++i) {
+    const auto& triangle = name(i);
+    Corners corners;
+    if (!meshes.ReadCorners(triangle.mesh, triangle.primitive, corners)) corners = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      block.v0[axis][i] = corners.v[0][axis];
+      block.e1[axis][i] = corners.v[1][axis];
+      block.e2[axis][i] = corners.v[2][axis];
+    }
+    block.mesh[i] = triangle.mesh;
+    block.primitive[i] = triangle.primitive;
+  }
+  for (size_t i = count; i % Lanes() != 0; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      block.v0[axis][i] = block.e1[axis][i] = block.e2[axis][i] = 0;
+    }
+  }
+  for (size_t i = 0; i < count; i += Lanes()) {
+    V e1[3], e2[3], ng[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const V v0 = hn::Load(kFloat, block.v0[axis] + i);
+      const V v1 = hn::Load(kFloat, block.e1[axis] + i);
+      const V v2 = hn::Load(kFloat, block.e2[axis] + i);
+      hn::Store(hn::Min(hn::Min(v0, v1), v2), kFloat, block.lower[axis] + i);
+      hn::Store(hn::Max(hn::Max(v0, v1), v2), kFloat, block.upper[axis] + i);
+      e1[axis] = hn::Sub(v0, v1);
+      e2[axis] = hn::Sub(v2, v0);
+      hn::Store(e1[axis], kFloat, block.e1[axis] + i);
+      hn::Store(e2[axis], kFloat, block.e2[axis] + i);
+    }
+    Cross(e2, e1, ng);
+    for (int axis = 0; axis < 3; ++axis) hn::Store(ng[axis], kFloat, block.ng[axis] + i);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
