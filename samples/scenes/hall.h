@@ -30,7 +30,7 @@ struct Camera {
 };
 
 // The range within which the hall comes out with the number of triangles asked for, give or take
-// five per cent: below it the furniture itself has more triangles, above it vertex numbers run
+// ten per cent: below it the furniture itself has more triangles, above it vertex numbers run
 // out.
 inline constexpr uint32_t kHallLeastTriangles = 75'000;
 inline constexpr uint32_t kHallMostTriangles = 500'000'000;

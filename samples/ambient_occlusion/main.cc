@@ -1,0 +1,71 @@
+// Draws a mesh lit by ambient occlusion: the steps, in order.
+#include <cstdio>
+#include <new>
+#include <utility>
+
+#include "ambient_occlusion/embree_scene.h"
+#include "ambient_occlusion/error.h"
+#include "ambient_occlusion/image_file.h"
+#include "ambient_occlusion/mesh_file.h"
+#include "ambient_occlusion/options.h"
+#include "ambient_occlusion/progress.h"
+#include "ambient_occlusion/render.h"
+#include "ambient_occlusion/report.h"
+#include "ambient_occlusion/stopwatch.h"
+#include "ambient_occlusion/view.h"
+
+namespace ao {
+namespace {
+
+scenes::Mesh GetMesh(const Options& options) {
+  const Progress progress("mesh");
+  return options.mesh.empty() ? scenes::MakeHall(options.hall_triangles) : LoadMesh(options.mesh);
+}
+
+double TimeCommit(Scene& scene) {
+  const Progress progress("commit");
+  const Stopwatch stopwatch;
+  scene.Commit();
+  return stopwatch.Seconds();
+}
+
+void Run(const Options& options) {
+  const ImageFile file(options.output);
+  const Device device(options.device);
+  scenes::Mesh mesh = GetMesh(options);
+  const uint64_t triangles = mesh.TriangleCount();
+  Scene scene(device, std::move(mesh));
+  const double commit_seconds = TimeCommit(scene);
+  const Camera camera(ChooseView(options, scene), options.width, options.height);
+  const Rendering rendering = Render(options, scene, camera);
+  file.Write(rendering.image);
+  Print({.mesh = options.mesh.empty() ? "hall" : options.mesh,
+         .triangles = triangles,
+         .commit_seconds = commit_seconds,
+         .closest_hit = rendering.closest_hit,
+         .occlusion = rendering.occlusion,
+         .picture = options.output});
+}
+
+int Fail(ExitCode code, std::string message) {
+  // One line, whatever a library has put into its text.
+  for (char& c : message) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  std::fprintf(stderr, "ambient_occlusion: %s\n", message.c_str());
+  return int(code);
+}
+
+}  // namespace
+}  // namespace ao
+
+int main(int argc, char** argv) {
+  try {
+    if (const auto options = ao::ParseOptions(argc, argv)) ao::Run(*options);
+    return int(ao::ExitCode::kSuccess);
+  } catch (const ao::Error& error) {
+    return ao::Fail(error.code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return ao::Fail(ao::ExitCode::kMemory, "out of memory");
+  }
+}
