@@ -1,0 +1,348 @@
+#include "compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+
+namespace dacrt::tests {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Sixteen ulp of 1.0, which Embree's own tests allow between its kernels.
+constexpr double kTolerance = 16 * 0x1p-23;
+
+bool SameBits(const RTCRayHit& a, const RTCRayHit& b) {
+  return std::memcmp(&a, &b, sizeof(RTCRayHit)) == 0;
+}
+
+bool SameBits(float a, float b) { return std::memcmp(&a, &b, sizeof(float)) == 0; }
+
+/// What a record says after a query.
+struct Answer {
+  bool is_hit = false;
+  bool is_legal = true;  ///< nothing changed but what a hit writes
+  const RTCRayHit& record;
+};
+
+Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after) {
+  Answer answer{.record = after};
+  if (SameBits(before, after)) return answer;
+  answer.is_hit = true;
+  RTCRayHit expected = before;
+  expected.ray.tfar = after.ray.tfar;
+  if (query == Query::kClosest) {
+    expected.hit = after.hit;
+    answer.is_legal = SameBits(expected, after) && after.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  } else {
+    answer.is_legal = SameBits(expected, after) && after.ray.tfar == -kInfinity;
+  }
+  return answer;
+}
+
+/// The record's values against what single precision can make of its triangle.
+bool ValuesAreAdmissible(const RTCRayHit& before, const RTCRayHit& after,
+                         const TriangleAnswer& truth) {
+  if (!truth.t.Admits(after.ray.tfar) || !truth.u.Admits(after.hit.u) ||
+      !truth.v.Admits(after.hit.v)) {
+    return false;
+  }
+  const float normal[3] = {after.hit.Ng_x, after.hit.Ng_y, after.hit.Ng_z};
+  const float normal_before[3] = {before.hit.Ng_x, before.hit.Ng_y, before.hit.Ng_z};
+  bool is_written = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    is_written = is_written || !SameBits(normal[axis], normal_before[axis]);
+  }
+  if (!is_written) return true;  // a form without normals
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!truth.normal[axis].Admits(normal[axis])) return false;
+  }
+  return true;
+}
+
+/// A negative tnear counts as zero for the boxes that a ray enters, and as itself for the triangles
+/// in them. So what lies behind the origin may be found or not.
+bool IsOptional(const RTCRay& ray, const TriangleAnswer& answer) {
+  return ray.tnear < 0 && answer.t.value - answer.t.error <= 0;
+}
+
+/// What the reference says of one library's answer.
+struct Judgement {
+  std::string fault;             ///< empty: a correct computation may give this answer
+  bool needs_slab_test = false;  ///< it may, if bounding-box tests may lose hits
+  std::optional<TriangleAnswer> truth = std::nullopt;  ///< about the triangle that is named
+};
+
+/// Judges hits and misses of one ray. What all triangles must answer is found once.
+class Judge {
+ public:
+  Judge(const Reference& reference, Query query, const RTCRayHit& before)
+      : reference_(reference),
+        query_(query),
+        before_(before),
+        must_hits_(reference.MustHits(before.ray)) {}
+
+  /// The real library's box tests round either way; the drop-in's may not lose a hit.
+  Judgement Of(const Answer& answer, bool slab_test_may_miss) const {
+    if (!answer.is_legal) return {"changed what no hit changes"};
+    if (!answer.is_hit) return OfMiss(slab_test_may_miss);
+    return query_ == Query::kClosest ? OfClosest(answer, slab_test_may_miss) : OfOccluded();
+  }
+
+ private:
+  Judgement OfMiss(bool slab_test_may_miss) const {
+    return WithoutNearer(before_.ray.tfar, kInfinity, slab_test_may_miss);
+  }
+
+  Judgement OfClosest(const Answer& answer, bool slab_test_may_miss) const {
+    const RTCHit& hit = answer.record.hit;
+    const Corners* const corners = reference_.Find(hit.geomID, hit.primID, before_.ray.mask);
+    if (!corners) return {"names a triangle that the ray cannot hit"};
+    const TriangleAnswer truth = TestTriangle(before_.ray, corners->v0, corners->v1, corners->v2);
+    if (!truth.MayHit()) return {"hits a triangle that the ray misses", false, truth};
+    if (!ValuesAreAdmissible(before_, answer.record, truth)) {
+      return {"has values beyond rounding", false, truth};
+    }
+    const float t = answer.record.ray.tfar;
+    Judgement judgement = WithoutNearer(t, t, slab_test_may_miss);
+    judgement.truth = truth;
+    return judgement;
+  }
+
+  Judgement OfOccluded() const {
+    if (!must_hits_.empty()) return {{}, false, must_hits_.front().answer};
+    const std::vector<ReferenceHit> may_hits = reference_.MayHits(before_.ray);
+    if (may_hits.empty()) return {"is occluded where there is no triangle"};
+    // Of several the one that speaks most for a hit.
+    const auto best = std::max_element(may_hits.begin(), may_hits.end(),
+                                       [](const ReferenceHit& a, const ReferenceHit& b) {
+                                         return !a.answer.is_hit && b.answer.is_hit;
+                                       });
+    return {{}, false, best->answer};
+  }
+
+  /// Faults if there is a hit that is certain, and certainly before `limit`. `tfar` is what ends
+  /// the box tests.
+  Judgement WithoutNearer(float tfar, double limit, bool slab_test_may_miss) const {
+    Judgement judgement;
+    for (const ReferenceHit& must : must_hits_) {
+      if (IsOptional(before_.ray, must.answer)) continue;
+      if (must.answer.t.value + must.answer.t.error >= limit) continue;
+      const Corners& c = must.corners;
+      if (!slab_test_may_miss || !SlabTestMayMiss(before_.ray, tfar, c.v0, c.v1, c.v2)) {
+        return {"lacks the hit on geometry " + std::to_string(must.geometry_id) + ", primitive " +
+                std::to_string(must.primitive_id) + " at " + std::to_string(must.answer.t.value)};
+      }
+      judgement.needs_slab_test = true;
+    }
+    return judgement;
+  }
+
+  const Reference& reference_;
+  Query query_;
+  const RTCRayHit& before_;
+  std::vector<ReferenceHit> must_hits_;
+};
+
+/// The same triangle, and values within the tolerance: t relative to itself, u and v to 1, the
+/// normal to the lengths of the edges whose cross product it is.
+bool IsRounding(const RTCRayHit& real, const RTCRayHit& drop_in, const Corners& corners) {
+  const auto is_near = [](float a, float b, double scale) {
+    // Where a form has no normals, they are the random bits that were there before.
+    return SameBits(a, b) || std::abs(static_cast<double>(a) - b) <= kTolerance * scale;
+  };
+  const double t_scale = std::max(std::abs(real.ray.tfar), std::abs(drop_in.ray.tfar));
+  const Double3 v0(corners.v0);
+  const double normal_scale = Length(Double3(corners.v1) - v0) * Length(Double3(corners.v2) - v0);
+  return is_near(real.ray.tfar, drop_in.ray.tfar, t_scale) &&
+         is_near(real.hit.u, drop_in.hit.u, 1) && is_near(real.hit.v, drop_in.hit.v, 1) &&
+         is_near(real.hit.Ng_x, drop_in.hit.Ng_x, normal_scale) &&
+         is_near(real.hit.Ng_y, drop_in.hit.Ng_y, normal_scale) &&
+         is_near(real.hit.Ng_z, drop_in.hit.Ng_z, normal_scale);
+}
+
+bool AreWithinUlps(float a, float b, int ulps) {
+  for (int i = 0; i < ulps && a != b; ++i) a = std::nextafter(a, b);
+  return a == b;
+}
+
+bool SameTriangle(const RTCHit& a, const RTCHit& b) {
+  return a.geomID == b.geomID && a.primID == b.primID;
+}
+
+/// Which of two answers to a closest-hit query exact arithmetic gives.
+Side SideOfExact(const Answer& real, const Judgement& real_judgement, const Answer& drop_in,
+                 const Judgement& drop_in_judgement) {
+  const auto exact_distance = [](const Answer& answer, const Judgement& judgement) {
+    if (!answer.is_hit) return static_cast<double>(kInfinity);
+    // A hit that is not one is behind everything.
+    return judgement.truth && judgement.truth->is_hit ? judgement.truth->t.value
+                                                      : std::numeric_limits<double>::quiet_NaN();
+  };
+  const double r = exact_distance(real, real_judgement);
+  const double d = exact_distance(drop_in, drop_in_judgement);
+  if (std::isnan(r) && std::isnan(d)) return Side::kNeither;
+  if (std::isnan(r) || d < r) return Side::kDropIn;
+  if (std::isnan(d) || r < d) return Side::kReal;
+  return Side::kBoth;
+}
+
+/// The reason that the doubts about the named triangles give; the strongest first.
+Relation RelationOfDoubts(std::initializer_list<const Judgement*> judgements) {
+  uint32_t doubts = kNoDoubt;
+  for (const Judgement* judgement : judgements) {
+    if (judgement->truth) doubts |= judgement->truth->doubts;
+  }
+  if (doubts & kDoubtRange) return Relation::kRange;
+  if (doubts & kDoubtParallel) return Relation::kParallel;
+  if (doubts & kDoubtEdge) return Relation::kEdge;
+  if (doubts & kDoubtInterval) return Relation::kInterval;
+  return Relation::kIllConditioned;
+}
+
+Comparison Unexplained(std::string reason) {
+  return {Relation::kUnexplained, Side::kNeither, std::move(reason)};
+}
+
+}  // namespace
+
+const char* Name(Relation relation) {
+  constexpr const char* kNames[kRelationCount] = {
+      "identical",       "rounding",  "tie",      "edge",  "interval",   "parallel",
+      "ill_conditioned", "slab_test", "withheld", "range", "unexplained"};
+  return kNames[static_cast<int>(relation)];
+}
+
+const char* Name(Side side) {
+  constexpr const char* kNames[] = {"neither", "real", "drop-in", "both"};
+  return kNames[static_cast<int>(side)];
+}
+
+Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,
+                             const RTCRayHit& drop_in) const {
+  if (FindsNothing(before.ray)) {
+    if (!SameBits(before, drop_in)) return Unexplained("the drop-in changed an inactive ray");
+    if (!SameBits(before, real)) return Unexplained("the real library changed an inactive ray");
+    return {};
+  }
+  if (SameBits(real, drop_in)) return {};
+
+  const Answer real_answer = Read(query, before, real);
+  const Answer drop_in_answer = Read(query, before, drop_in);
+  const bool both_name_one = query == Query::kClosest && real_answer.is_hit &&
+                             drop_in_answer.is_hit && SameTriangle(real.hit, drop_in.hit);
+  if (both_name_one && real.hit.instID[0] == drop_in.hit.instID[0] && real_answer.is_legal &&
+      drop_in_answer.is_legal) {
+    const Corners* const corners =
+        reference_.Find(real.hit.geomID, real.hit.primID, before.ray.mask);
+    if (corners && IsRounding(real, drop_in, *corners))
+      return {Relation::kRounding, Side::kBoth, {}};
+  }
+
+  const Judge judge(reference_, query, before);
+  const Judgement of_drop_in = judge.Of(drop_in_answer, false);
+  if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
+  const Judgement of_real = judge.Of(real_answer, true);
+  if (!of_real.fault.empty()) return Unexplained("the real library " + of_real.fault);
+  if (real_answer.is_hit && drop_in_answer.is_hit && real.hit.instID[0] != drop_in.hit.instID[0]) {
+    return Unexplained("instID differs");
+  }
+
+  const Side right = SideOfExact(real_answer, of_real, drop_in_answer, of_drop_in);
+  if (of_real.needs_slab_test) return {Relation::kSlabTest, right, {}};
+  if (both_name_one) return {Relation::kIllConditioned, right, {}};
+  if (real_answer.is_hit && drop_in_answer.is_hit &&
+      AreWithinUlps(real.ray.tfar, drop_in.ray.tfar, 2)) {
+    return {Relation::kTie, right, {}};
+  }
+  return {RelationOfDoubts({&of_real, &of_drop_in}), right, {}};
+}
+
+bool FindsNothing(const RTCRay& ray) {
+  for (const float value : {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z}) {
+    if (!std::isfinite(value)) return true;
+  }
+  return !(ray.tnear <= ray.tfar) || ray.tfar < 0;
+}
+
+bool RealLibraryAborts(const RTCRay& ray) {
+  constexpr float kLargest = 1.844e18f;
+  for (const float value : {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z}) {
+    if (!(std::abs(value) < kLargest)) return true;
+  }
+  return !(ray.tnear >= 0) || std::isnan(ray.tfar);
+}
+
+std::optional<std::string> Comparer::FindFault(Query query, const RTCRayHit& before,
+                                               const RTCRayHit& after) const {
+  if (FindsNothing(before.ray)) {
+    if (SameBits(before, after)) return std::nullopt;
+    return "changed an inactive ray";
+  }
+  const Judge judge(reference_, query, before);
+  std::string fault = judge.Of(Read(query, before, after), false).fault;
+  if (fault.empty()) return std::nullopt;
+  return fault;
+}
+
+std::string Comparer::Describe(Query query, const RTCRayHit& before, const RTCRayHit& real,
+                               const RTCRayHit& drop_in) const {
+  std::ostringstream text;
+  // Hexadecimal: exact, and C++ can read it back.
+  text << std::hexfloat;
+  const RTCRay& ray = before.ray;
+  text << "  ray org {" << ray.org_x << ", " << ray.org_y << ", " << ray.org_z << "} dir {"
+       << ray.dir_x << ", " << ray.dir_y << ", " << ray.dir_z << "} tnear " << ray.tnear << " tfar "
+       << ray.tfar << " mask 0x" << std::hex << ray.mask << std::dec << ", " << tests::Name(query)
+       << '\n';
+  const auto describe_answer = [&](const char* name, const RTCRayHit& record) {
+    text << "  " << std::setw(8) << std::left << name << ' ';
+    if (SameBits(before, record)) {
+      text << "miss\n";
+      return;
+    }
+    const RTCHit& hit = record.hit;
+    text << "t " << record.ray.tfar;
+    if (query == Query::kAny) {
+      text << '\n';
+      return;
+    }
+    text << " u " << hit.u << " v " << hit.v << " Ng {" << hit.Ng_x << ", " << hit.Ng_y << ", "
+         << hit.Ng_z << "} primID " << hit.primID << " geomID " << hit.geomID << " instID "
+         << hit.instID[0] << '\n';
+  };
+  describe_answer("real", real);
+  describe_answer("drop-in", drop_in);
+  if (FindsNothing(ray)) return text.str();
+
+  constexpr std::size_t kShown = 6;
+  std::vector<ReferenceHit> hits = reference_.MayHits(ray);
+  std::sort(hits.begin(), hits.end(), [](const ReferenceHit& a, const ReferenceHit& b) {
+    return a.answer.t.value < b.answer.t.value;
+  });
+  text << "  reference: " << hits.size() << " possible hits\n";
+  for (std::size_t i = 0; i < std::min(kShown, hits.size()); ++i) {
+    const ReferenceHit& hit = hits[i];
+    const TriangleAnswer& truth = hit.answer;
+    text << std::defaultfloat << std::setprecision(17) << "    geomID " << hit.geometry_id
+         << " primID " << hit.primitive_id << (truth.is_hit ? " hit" : " miss")
+         << (truth.doubts ? ", in doubt by" : ", certain");
+    if (truth.doubts & kDoubtEdge) text << " edge";
+    if (truth.doubts & kDoubtInterval) text << " interval";
+    if (truth.doubts & kDoubtParallel) text << " parallel";
+    if (truth.doubts & kDoubtRange) text << " range";
+    text << "; t " << truth.t.value << " +- " << std::setprecision(3) << truth.t.error << " u "
+         << truth.u.value << " +- " << truth.u.error << " v " << truth.v.value << " +- "
+         << truth.v.error << std::hexfloat << "\n      ";
+    for (const Float3& p : {hit.corners.v0, hit.corners.v1, hit.corners.v2}) {
+      text << " {" << p.x << ", " << p.y << ", " << p.z << '}';
+    }
+    text << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace dacrt::tests
