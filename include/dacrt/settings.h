@@ -30,12 +30,42 @@ enum class InstructionSet {
 /// never contains kBest.
 std::vector<InstructionSet> AvailableInstructionSets();
 
-/// The name of an instruction set as `SetByName` takes it: "scalar", "avx2", "best" ...
+/// Names as `SetByName` takes them: "scalar", "avx2", "best" ...; "nabata2013" ...
 std::string_view Name(InstructionSet instruction_set);
 
-/// The constants of the method (Nabata et al. 2013) and the limits of one call.
+/// The published methods that the engine can follow. They share the kernels, the compaction of rays
+/// and the direct solve, and differ in the steps named here.
+enum class Algorithm {
+  /// Nabata, Iwasaki, Dobashi, Nishita, "Efficient Divide-And-Conquer Ray Tracing using Ray
+  /// Sampling", HPG 2013. Sample rays choose the partition (see `sampled_cost`), the order of the
+  /// children (`sampled_order`) and whether rays are filtered at all (`skip_filtering`).
+  kNabata2013,
+  /// Afra, "Incoherent ray tracing without acceleration structures", EG 2012 short papers. The
+  /// partition follows the surface area heuristic, the order the rays' directions, and rays are
+  /// always filtered.
+  kAfra2012,
+  /// Mora, "Naive ray-tracing: a divide-and-conquer approach", ACM TOG 30(5), 2011. Space is
+  /// partitioned, and a triangle that straddles the cut goes to both sides; front to back along the
+  /// cut axis; rays from one point are filtered in conic packets; rays are always filtered.
+  kMora2011,
+};
+
+/// The constants of the method and the limits of one call.
 /// None of them changes a hit: they change time and memory only.
 struct Settings {
+  /// The method. The three switches that follow belong to kNabata2013; the others ignore them.
+  Algorithm algorithm = Algorithm::kNabata2013;
+
+  /// Choose the partition by sample rays; else by the surface area heuristic.
+  bool sampled_cost = true;
+
+  /// Solve first the child that more sample rays enter first; else go by the rays' directions.
+  bool sampled_order = true;
+
+  /// Let a child take over its parent's rays where the sample says that filtering does not pay;
+  /// else always filter.
+  bool skip_filtering = true;
+
   /// Limit for the instruction set.
   InstructionSet instruction_set = InstructionSet::kBest;
 
@@ -60,7 +90,9 @@ struct Settings {
   uint32_t piece_rays = 4u << 20;
 };
 
-/// Sets the member called `name` from its text form, e.g. ("bins", "8").
+std::string_view Name(Algorithm algorithm);
+
+/// Sets the member called `name` from its text form, e.g. ("bins", "8"). Switches take 0 and 1.
 /// Throws std::invalid_argument that names the setting, the value and what is legal; `settings`
 /// is then unchanged.
 void SetByName(Settings& settings, std::string_view name, std::string_view value);

@@ -22,17 +22,33 @@ constexpr NumberSetting kNumbers[] = {
     {"piece_rays", &Settings::piece_rays, 64, 1u << 30},
 };
 
-constexpr std::string_view kInstructionSetName = "instruction_set";
-
-struct InstructionSetName {
+struct SwitchSetting {
   std::string_view name;
-  InstructionSet instruction_set;
+  bool Settings::* member;
 };
 
-constexpr InstructionSetName kInstructionSets[] = {
+constexpr SwitchSetting kSwitches[] = {
+    {"sampled_cost", &Settings::sampled_cost},
+    {"sampled_order", &Settings::sampled_order},
+    {"skip_filtering", &Settings::skip_filtering},
+};
+
+template <class Enum>
+struct ChoiceName {
+  std::string_view name;
+  Enum value;
+};
+
+constexpr ChoiceName<InstructionSet> kInstructionSets[] = {
     {"scalar", InstructionSet::kScalar}, {"ssse3", InstructionSet::kSsse3},
     {"sse4", InstructionSet::kSse4},     {"avx2", InstructionSet::kAvx2},
     {"avx512", InstructionSet::kAvx512}, {"best", InstructionSet::kBest},
+};
+
+constexpr ChoiceName<Algorithm> kAlgorithms[] = {
+    {"nabata2013", Algorithm::kNabata2013},
+    {"afra2012", Algorithm::kAfra2012},
+    {"mora2011", Algorithm::kMora2011},
 };
 
 [[noreturn]] void Refuse(std::string_view name, std::string_view value, const std::string& legal) {
@@ -49,38 +65,71 @@ void CheckRange(const NumberSetting& number, uint32_t value, std::string_view te
   if (value < number.least || value > number.most) Refuse(number.name, text, Range(number));
 }
 
+template <class Enum, std::size_t kCount>
+std::string_view NameIn(const ChoiceName<Enum> (&choices)[kCount], Enum value) {
+  for (const auto& choice : choices) {
+    if (choice.value == value) return choice.name;
+  }
+  return {};
+}
+
+template <class Enum, std::size_t kCount>
+Enum ParseChoice(const ChoiceName<Enum> (&choices)[kCount], std::string_view name,
+                 std::string_view value) {
+  std::string legal = "it takes one of";
+  for (const auto& choice : choices) {
+    if (choice.name == value) return choice.value;
+    legal += " " + std::string(choice.name);
+  }
+  Refuse(name, value, legal);
+}
+
+uint32_t ParseNumber(const NumberSetting& number, std::string_view value) {
+  uint32_t parsed = 0;
+  const char* end = value.data() + value.size();
+  const auto result = std::from_chars(value.data(), end, parsed);
+  if (result.ec != std::errc() || result.ptr != end) Refuse(number.name, value, Range(number));
+  CheckRange(number, parsed, value);
+  return parsed;
+}
+
+bool ParseSwitch(std::string_view name, std::string_view value) {
+  if (value != "0" && value != "1") Refuse(name, value, "it takes 0 or 1");
+  return value == "1";
+}
+
 }  // namespace
 
 std::string_view Name(InstructionSet instruction_set) {
-  for (const auto& entry : kInstructionSets) {
-    if (entry.instruction_set == instruction_set) return entry.name;
-  }
-  return "unknown";
+  return NameIn(kInstructionSets, instruction_set);
 }
 
+std::string_view Name(Algorithm algorithm) { return NameIn(kAlgorithms, algorithm); }
+
 void SetByName(Settings& settings, std::string_view name, std::string_view value) {
-  for (const NumberSetting& number : kNumbers) {
-    if (number.name != name) continue;
-    uint32_t parsed = 0;
-    const char* end = value.data() + value.size();
-    const auto result = std::from_chars(value.data(), end, parsed);
-    if (result.ec != std::errc() || result.ptr != end) Refuse(name, value, Range(number));
-    CheckRange(number, parsed, value);
-    settings.*number.member = parsed;
+  std::string names = "algorithm instruction_set";
+  if (name == "algorithm") {
+    settings.algorithm = ParseChoice(kAlgorithms, name, value);
     return;
   }
-  std::string legal = "it takes one of";
-  for (const auto& entry : kInstructionSets) {
-    if (name == kInstructionSetName && entry.name == value) {
-      settings.instruction_set = entry.instruction_set;
+  if (name == "instruction_set") {
+    settings.instruction_set = ParseChoice(kInstructionSets, name, value);
+    return;
+  }
+  for (const SwitchSetting& entry : kSwitches) {
+    if (entry.name == name) {
+      settings.*entry.member = ParseSwitch(name, value);
       return;
     }
-    legal += " " + std::string(entry.name);
+    names.append(" ").append(entry.name);
   }
-  if (name == kInstructionSetName) Refuse(name, value, legal);
-
-  std::string names = std::string(kInstructionSetName);
-  for (const NumberSetting& number : kNumbers) names += " " + std::string(number.name);
+  for (const NumberSetting& entry : kNumbers) {
+    if (entry.name == name) {
+      settings.*entry.member = ParseNumber(entry, value);
+      return;
+    }
+    names.append(" ").append(entry.name);
+  }
   throw std::invalid_argument("there is no setting \"" + std::string(name) +
                               "\"; the settings are " + names);
 }
@@ -90,8 +139,11 @@ void Validate(const Settings& settings) {
     const uint32_t value = settings.*number.member;
     CheckRange(number, value, std::to_string(value));
   }
-  if (Name(settings.instruction_set) == "unknown") {
+  if (Name(settings.instruction_set).empty()) {
     throw std::invalid_argument("setting instruction_set is not one of the enumeration's values");
+  }
+  if (Name(settings.algorithm).empty()) {
+    throw std::invalid_argument("setting algorithm is not one of the enumeration's values");
   }
 }
 

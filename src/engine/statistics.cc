@@ -20,6 +20,13 @@ Statistics& Statistics::operator+=(const Statistics& other) {
   direct_solves += other.direct_solves;
   direct_rays += other.direct_rays;
   triangle_tests += other.triangle_tests;
+  seconds_loading += other.seconds_loading;
+  seconds_sampling += other.seconds_sampling;
+  seconds_binning += other.seconds_binning;
+  seconds_partition += other.seconds_partition;
+  seconds_filtering += other.seconds_filtering;
+  seconds_direct += other.seconds_direct;
+  seconds_storing += other.seconds_storing;
   return *this;
 }
 
