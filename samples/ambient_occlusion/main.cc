@@ -36,6 +36,10 @@ void Run(const Options& options) {
   const uint64_t triangles = mesh.TriangleCount();
   Scene scene(device, std::move(mesh));
   const double commit_seconds = TimeCommit(scene);
+  const Imath::Box3f bounds = scene.Bounds();
+  if (bounds.isEmpty() || bounds.size().length() == 0) {
+    throw Error(ExitCode::kMesh, options.mesh + ": the mesh has no extent");
+  }
   const Camera camera(ChooseView(options, scene), options.width, options.height);
   const Rendering rendering = Render(options, scene, camera);
   file.Write(rendering.image);

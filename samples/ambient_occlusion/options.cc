@@ -14,8 +14,8 @@ constexpr char kDescription[] =
     "Draws a mesh, or a generated hall, lit by ambient occlusion. Written against Embree 3.";
 
 constexpr char kFooter[] = R"(
-Without a camera, the hall is seen from its entrance, a mesh that encloses its own space from
-within, and any other mesh from outside, whole. What is given of the camera is kept.
+Without a camera, the hall is seen from its entrance, a mesh with rooms from within, and any other
+mesh from outside, whole. What is given of the camera is kept.
 
 Exit codes: 0 drawn, 2 bad command line, 3 mesh cannot be loaded, 4 picture cannot be written,
 5 Embree reports an error, 6 out of memory.)";
@@ -72,7 +72,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
       ->capture_default_str()
       ->type_name("N");
   app.add_option("--ao-radius", options.ao_radius,
-                 "How far occluders are looked for [a tenth of the diagonal of the bounds]")
+                 "How far occluders are looked for [0.15 of the diagonal of the bounds]")
       ->check(kFinite & CLI::PositiveNumber)
       ->type_name("LENGTH");
   app.add_option("--seed", options.seed, "Another seed, another noise")

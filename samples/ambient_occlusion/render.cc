@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "ambient_occlusion/progress.h"
 #include "ambient_occlusion/sampling.h"
@@ -13,8 +14,9 @@ namespace {
 
 using Imath::V3f;
 
-constexpr V3f kStone(0.92f, 0.9f, 0.87f);  // where nothing occludes
-constexpr V3f kSky(0.86f, 0.92f, 1.0f);    // where there is nothing
+constexpr V3f kStone(0.94f, 0.91f, 0.87f);  // where nothing occludes
+constexpr float kContrast = 1.3f;           // exponent
+constexpr V3f kSky(0.62f, 0.74f, 0.88f);    // where there is nothing
 
 constexpr size_t kOcclusionRaysPerCall = size_t(1) << 21;
 
@@ -44,7 +46,7 @@ class Renderer {
         pixels_(PixelsInTiles(options.width, options.height)),
         rays_(pixels_.size() * options.samples_per_pixel) {
     const Imath::Box3f bounds = scene.Bounds();
-    constexpr float kRadius = 0.1f;  // of the diagonal
+    constexpr float kRadius = 0.15f;  // of the diagonal
     radius_ = options.ao_radius.value_or(kRadius * bounds.size().length());
     // A hit is exact to a few units in the last place of its coordinates, of 2^-24 each; this is
     // some hundred of them.
@@ -138,7 +140,8 @@ class Renderer {
     tbb::parallel_for(size_t(0), pixels_.size(), [&](size_t i) {
       V3f sum(0);
       for (size_t ray = i * samples; ray < (i + 1) * samples; ++ray) {
-        sum += IsHit(ray) ? kStone * (float(open_[ray]) / options_.ao_samples) : kSky;
+        sum += IsHit(ray) ? kStone * std::pow(float(open_[ray]) / options_.ao_samples, kContrast)
+                          : kSky;
       }
       const V3f color = sum / samples;
       std::copy(&color.x, &color.x + 3, &image.pixels[3 * size_t(pixels_[i])]);

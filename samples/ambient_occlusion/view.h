@@ -17,9 +17,8 @@ struct View {
 };
 
 // The view that the options ask for. What they leave open: the hall is seen from its entrance. A
-// mesh that encloses its own space, as rooms do, is seen from within, from a free place along the
-// longest line of sight; any other from outside, obliquely from above, as large as fits.
-// Throws Error with kUsage if the options contradict themselves.
+// mesh with rooms, whose walls face inwards, is seen from the place in them from which the view is
+// widest and deepest; any other mesh obliquely from above, as large as it fits.
 View ChooseView(const Options& options, const Scene& scene);
 
 // Makes rays through points of the picture.

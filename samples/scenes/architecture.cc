@@ -48,11 +48,15 @@ struct ArchedPanel {
   double spring;
 };
 
+int ArchCells(const MeshBuilder& builder, double radius) {
+  return 2 * builder.Cells(8 + 4 * radius, 4);
+}
+
 void ArchedWall(MeshBuilder& builder, const Frame& frame, const ArchedPanel& wall) {
   const double opening = wall.opening;
   const double near = -wall.thickness / 2;
   const double far = wall.thickness / 2;
-  const int cells = builder.Cells(12 + 8 * opening, 8);
+  const int cells = ArchCells(builder, opening);
   const auto arch = [&](double u, double z) {
     const auto [cosine, sine] = AtTurn((1 - u) / 2);
     return V3d(opening * cosine, wall.spring + opening * sine, z);
@@ -87,16 +91,18 @@ void ArchedWall(MeshBuilder& builder, const Frame& frame, const ArchedPanel& wal
   }
 }
 
-// A half circle of round moulding, standing on the origin.
-void Archivolt(MeshBuilder& builder, const Frame& frame, double radius, double thickness) {
+// A half circle of round moulding round an arch, standing on the origin.
+void Archivolt(MeshBuilder& builder, const Frame& frame, double arch, double margin,
+               double thickness) {
+  const double radius = arch + margin;
   builder.Tube(
       frame,
       [&](double t) {
         const auto [cosine, sine] = AtTurn(t / 2);
         return V3d(radius * cosine, radius * sine, 0);
       },
-      [&](double) { return thickness; }, V3d(0, 0, 1), builder.Cells(12 + 8 * radius, 8),
-      builder.Cells(8, 4));
+      [&](double) { return thickness; }, V3d(0, 0, 1), ArchCells(builder, arch),
+      builder.Cells(10, 4));
 }
 
 // Iron bars in an arched opening.
@@ -122,7 +128,7 @@ void Tracery(MeshBuilder& builder, const Frame& frame, double opening, double si
   constexpr double kStone = 0.06;
   builder.Rod(frame, {0, sill, 0}, {0, spring, 0}, kStone, 10);
   for (double side : {-1.0, 1.0}) {
-    Archivolt(builder, frame.At(side * light, spring, 0), light, kStone);
+    Archivolt(builder, frame.At(side * light, spring, 0), light, 0, kStone);
   }
   const double rose = opening * 0.36;
   const Frame centre = frame.At(0, spring + opening * 0.62, 0).TurnedAboutX(0.25);
@@ -137,7 +143,7 @@ void Tracery(MeshBuilder& builder, const Frame& frame, double opening, double si
 // A leaf of stone that climbs along y and curls over towards z.
 void Acanthus(MeshBuilder& builder, const Frame& frame, double height, double width) {
   builder.Patch(frame,
-                {.across = builder.Cells(6, 2), .along = builder.Cells(10, 4), .end_pole = true},
+                {.across = builder.Cells(8, 2), .along = builder.Cells(16, 4), .end_pole = true},
                 [&](double u, double v) {
                   const double s = 2 * u - 1;
                   const double lobes = 0.85 + 0.15 * Cos(3.5 * v);
@@ -162,7 +168,7 @@ void Column(MeshBuilder& builder, const Frame& frame) {
                    {0.43, 0.415, kCorner},
                    {0.455, 0.45},
                    {0.42, kShaftFoot, kCorner},
-                   {kRadius, kShaftFoot}},
+                   {kRadius - 0.06, kShaftFoot}},
                   40, 2);
 
   // Twenty flutes, tapering upwards.
@@ -179,7 +185,7 @@ void Column(MeshBuilder& builder, const Frame& frame) {
       });
 
   builder.Revolve(frame,
-                  {{0.29, 3.18, kCorner},
+                  {{0.25, 3.19, kCorner},
                    {0.36, 3.22},
                    {0.31, 3.26, kCorner},
                    {0.31, 3.4},
@@ -233,15 +239,17 @@ void Pilaster(MeshBuilder& builder, const Frame& frame) {
 void GroinVault(MeshBuilder& builder, const Frame& frame, double half_x, double half_z,
                 double rise) {
   const Frame unit = frame.Scaled(half_x, rise, half_z);
-  const int cells = builder.Cells(16, 4);
   for (bool across : {false, true}) {
     for (double side : {-1.0, 1.0}) {
-      builder.Patch(unit, {.across = cells, .along = cells, .start_pole = true},
-                    [&](double u, double v) {
-                      const auto [height, run] = AtTurn((2 * u - 1) * v / 4);
-                      const double out = side * Sin(v / 4);
-                      return across ? V3d(out, height, run) : V3d(run, height, out);
-                    });
+      // Straight courses of stone, from the groin to the wall.
+      builder.Patch(
+          unit,
+          {.across = 1, .along = 2 * builder.Cells(20, 4), .start_pole = true, .end_pole = true},
+          [&](double u, double v) {
+            const auto [height, run] = AtTurn((2 * v - 1) / 4);
+            const double out = side * Mix(std::abs(run), 1, u);
+            return across ? V3d(out, height, run) : V3d(run, height, out);
+          });
     }
   }
   constexpr double kRib = 0.09;
@@ -252,8 +260,8 @@ void GroinVault(MeshBuilder& builder, const Frame& frame, double half_x, double 
           const auto [cosine, sine] = AtTurn((2 * t - 1) / 4);
           return V3d(half_x * sine, rise * cosine - kRib / 2, diagonal * half_z * sine);
         },
-        [&](double) { return kRib; }, V3d(half_z, 0, -diagonal * half_x), builder.Cells(32, 8),
-        builder.Cells(8, 4));
+        [&](double) { return kRib; }, V3d(half_z, 0, -diagonal * half_x), builder.Cells(40, 8),
+        builder.Cells(12, 5));
   }
   builder.Revolve(frame.At(0, rise - kRib, 0),
                   {{0.34, 0.1, kCorner},
@@ -283,7 +291,7 @@ void TransverseRib(MeshBuilder& builder, const Frame& frame, double half_z, doub
         const auto [cosine, sine] = AtTurn((2 * t - 1) / 4);
         return V3d(0, rise * cosine - 0.04, half_z * sine);
       },
-      [](double) { return 0.16; }, V3d(1, 0, 0), builder.Cells(32, 8), builder.Cells(10, 4));
+      [](double) { return 0.16; }, V3d(1, 0, 0), builder.Cells(40, 8), builder.Cells(12, 5));
 }
 
 // The nave wall's cornice, on a row of dentils.
@@ -436,12 +444,12 @@ void NaveAndAisles(MeshBuilder& builder) {
       ArchedWall(builder, arcade, kArcade);
       for (double face : {-0.5, 0.5}) {
         const Frame plane = arcade.At(0, kCapitalTop, face * kArcadeThickness);
-        Archivolt(builder, plane, kArcade.opening + 0.06, 0.06);
-        Archivolt(builder, plane, kArcade.opening + 0.24, 0.035);
+        Archivolt(builder, plane, kArcade.opening, 0.06, 0.06);
+        Archivolt(builder, plane, kArcade.opening, 0.24, 0.035);
       }
       ArchedWall(builder, arcade, kClerestory);
       Grille(builder, arcade, kClerestory.opening, kClerestory.sill, kClerestory.spring);
-      Archivolt(builder, middle.At(0, kClerestory.spring, kNaveWall), kClerestory.opening + 0.08,
+      Archivolt(builder, middle.At(0, kClerestory.spring, kNaveWall), kClerestory.opening, 0.08,
                 0.05);
 
       const Frame outer = middle.At(0, 0, kAisleWall + kOuter.thickness / 2);
@@ -487,8 +495,8 @@ void EndWalls(MeshBuilder& builder) {
   ArchedWall(builder, entrance, kPortal);
   Door(builder, entrance.At(0, 0, kThickness / 2 + 0.02).TurnedAboutY(0.5), 1.76, 4.3);
   for (int order = 0; order < 3; ++order) {
-    Archivolt(builder, entrance.At(0, kPortal.spring, -kThickness / 2),
-              kPortal.opening + 0.08 + 0.17 * order, 0.07);
+    Archivolt(builder, entrance.At(0, kPortal.spring, -kThickness / 2), kPortal.opening,
+              0.08 + 0.17 * order, 0.07);
   }
 
   const Frame choir = Frame().At(kHallHalfLength + kThickness / 2, 0, 0).TurnedAboutY(0.25);
@@ -505,7 +513,7 @@ void EndWalls(MeshBuilder& builder) {
     ArchedWall(builder, frame, panel);
     Tracery(builder, frame, panel.opening, panel.sill, panel.spring);
     Grille(builder, frame, panel.opening, panel.sill, panel.spring);
-    Archivolt(builder, frame.At(0, panel.spring, -kThickness / 2), panel.opening + 0.1, 0.07);
+    Archivolt(builder, frame.At(0, panel.spring, -kThickness / 2), panel.opening, 0.1, 0.07);
   }
   for (double side : {-1.0, 1.0}) {
     const double inner = side * 3 * kLancet;

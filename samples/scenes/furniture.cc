@@ -75,7 +75,7 @@ void CandleArm(MeshBuilder& builder, const Frame& frame, double reach, double ri
   builder.Tube(
       frame,
       [&](double t) { return V3d(0, Mix(0, rise, t * t) - 0.22 * reach * Sin(t / 2), reach * t); },
-      [](double t) { return 0.011 - 0.004 * t; }, V3d(1, 0, 0), builder.Cells(14, 5),
+      [](double t) { return 0.016 - 0.006 * t; }, V3d(1, 0, 0), builder.Cells(14, 5),
       builder.Cells(7, 4));
   const Frame tip = frame.At(0, rise - 0.004, reach);
   Saucer(builder, tip);
@@ -219,7 +219,7 @@ void TableRunner(MeshBuilder& builder, const Frame& frame, double length) {
                   const double s = run * v - kHang;  // along the table top
                   const double over = std::max({0.0, -s, s - length});
                   const double x = Mix(0, length, std::clamp(s / length, 0.0, 1.0)) - length / 2;
-                  const double fold = over * 0.12 * Sin(2.5 * u);
+                  const double fold = over * (0.1 + 0.3 * Sin(2.5 * u));
                   return V3d(x + std::copysign(over > 0 ? 0.006 + fold : 0, x),
                              kTableHeight + 0.003 - over, Mix(-kHalfWidth, kHalfWidth, u));
                 });
@@ -378,7 +378,7 @@ void Chandelier(MeshBuilder& builder, const Frame& frame, double drop) {
   } kTiers[] = {{12, 1.05, 0}, {8, 0.62, 0.36}};
   for (const auto& tier : kTiers) {
     const int arms = builder.Pieces(tier.arms);
-    builder.Ring(hub.At(0, tier.height - 0.02, 0), 0.72 * tier.reach, 0.016, 60, 8);
+    builder.Ring(hub.At(0, tier.height - 0.02, 0), 0.72 * tier.reach, 0.03, 80, 12);
     for (int arm = 0; arm < arms; ++arm) {
       const Frame turned = hub.TurnedAboutY(double(arm) / arms);
       CandleArm(builder, turned.At(0, tier.height, 0), tier.reach, 0.16);

@@ -16,10 +16,10 @@ void FurnishNave(MeshBuilder& builder) {
   }
   for (int bay = 1; bay < kBays; bay += 2) {
     constexpr double kCrown = kNaveVaultSpring + kNaveVaultRise - 0.2;
-    Chandelier(builder, Frame().At(BayCentre(bay), kCrown, 0), 6.2);
+    Chandelier(builder, Frame().At(BayCentre(bay), kCrown, 0).Scaled(1.3), 4.6);
   }
   for (int sign : {-1, 1}) {
-    for (int column = 1; column < kBays; ++column) {
+    for (int column = 2; column < kBays; ++column) {
       Banner(builder,
              Frame().At(BayStart(column), 6.3, kNaveWall * sign).TurnedAboutY(sign > 0 ? 0.5 : 0),
              uint32_t(column * 2 + sign));
