@@ -61,10 +61,11 @@ struct WideBox {
   V upper[3];
 };
 
+/// One after the other: the sum of the two would move in larger steps than a small x, and the result
+/// would not be monotone.
 HWY_INLINE V WidenDown(V x) {
-  const V widening = hn::Add(hn::Mul(hn::Abs(x), hn::Set(kFloat, kBoxWidening)),
-                             hn::Set(kFloat, kBoxWideningAbsolute));
-  return hn::Sub(x, widening);
+  const V relative = hn::Sub(x, hn::Mul(hn::Abs(x), hn::Set(kFloat, kBoxWidening)));
+  return hn::Sub(relative, hn::Set(kFloat, kBoxWideningAbsolute));
 }
 
 HWY_INLINE V WidenUp(V x) { return hn::Neg(WidenDown(hn::Neg(x))); }
