@@ -1,0 +1,34 @@
+// The string that rtcNewDevice takes.
+#pragma once
+
+#include <string_view>
+
+#include "dacrt/settings.h"
+
+namespace dacrt::compat {
+
+struct Config {
+  dacrt::Settings settings;
+  bool ignore_masks = false;  ///< rays hit geometries whatever the masks say
+  int verbose = 0;            ///< 1 and more: a line on the standard output for a new device
+};
+
+/// Applies `text` to `config`.
+///
+/// The grammar is Embree's, observed: assignments `key = value`, in order, separated by any
+/// character that neither a key nor a value can contain. Unknown keys are passed over, and so is a
+/// known one without "=". Values of Embree's keys have a type; one of another type is
+/// RTC_ERROR_UNKNOWN, as in Embree. Most of these keys steer what dacrt does not have and change
+/// nothing; `isa` and `max_isa` limit the instruction set.
+///
+/// Keys that begin with `dacrt_` are dacrt's own, and Embree passes them over:
+///   dacrt_ignore_masks=1  for programs that leave the rays' masks unset
+///   dacrt_NAME=VALUE      SetByName(settings, NAME, VALUE)
+/// Unknown ones and illegal values are RTC_ERROR_INVALID_ARGUMENT.
+void ApplyConfig(Config& config, std::string_view text);
+
+/// The configuration of a new device: the environment variable DACRT_CONFIG, then `text`, which
+/// may be null and wins where both speak.
+Config ReadConfig(const char* text);
+
+}  // namespace dacrt::compat

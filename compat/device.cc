@@ -1,0 +1,123 @@
+#include "device.h"
+
+#include <atomic>
+#include <cstdio>
+
+#include "boundary.h"
+
+namespace dacrt::compat {
+namespace {
+
+/// A number of the calling thread that no later thread gets, unlike std::thread::id.
+uint64_t ThreadNumber() {
+  static std::atomic<uint64_t> next{0};
+  thread_local const uint64_t number = next++;
+  return number;
+}
+
+}  // namespace
+
+Device::Device(const Config& config)
+    : engine_(std::make_shared<dacrt::Device>(config.settings)),
+      ignore_masks_(config.ignore_masks) {
+  if (config.verbose >= 1) {
+    std::printf("dacrt %s in place of Embree %s, instruction set %s%s\n", DACRT_VERSION,
+                RTC_VERSION_STRING, std::string(Name(engine_->instruction_set())).c_str(),
+                ignore_masks_ ? ", ray masks ignored" : "");
+    std::fflush(stdout);
+  }
+}
+
+Device::~Device() { HandleTable<Device>::Instance().Forget(this); }
+
+void Device::Report(RTCError code, const std::string& message) {
+  Callback<RTCErrorFunction> callback;
+  {
+    const std::lock_guard lock(mutex_);
+    callback = error_callback_;
+  }
+  // Outside the lock: the callback may call the API.
+  if (callback.function) callback.function(callback.user_pointer, code, message.c_str());
+  const std::lock_guard lock(mutex_);
+  unread_errors_.try_emplace(ThreadNumber(), code);
+}
+
+RTCError Device::TakeError() {
+  const std::lock_guard lock(mutex_);
+  const auto unread = unread_errors_.extract(ThreadNumber());
+  return unread ? unread.mapped() : RTC_ERROR_NONE;
+}
+
+void Device::SetErrorFunction(RTCErrorFunction function, void* user_pointer) {
+  const std::lock_guard lock(mutex_);
+  error_callback_ = {function, user_pointer};
+}
+
+void Device::AnnounceAllocation(std::size_t bytes) {
+  Callback<RTCMemoryMonitorFunction> monitor;
+  {
+    const std::lock_guard lock(mutex_);
+    monitor = memory_monitor_;
+  }
+  if (monitor.function &&
+      !monitor.function(monitor.user_pointer, static_cast<ssize_t>(bytes), false)) {
+    throw ApiError(RTC_ERROR_OUT_OF_MEMORY, "the memory monitor refused ", bytes, " bytes");
+  }
+}
+
+void Device::AnnounceFree(std::size_t bytes) {
+  Callback<RTCMemoryMonitorFunction> monitor;
+  {
+    const std::lock_guard lock(mutex_);
+    monitor = memory_monitor_;
+  }
+  // What it answers has no meaning here.
+  if (monitor.function) {
+    monitor.function(monitor.user_pointer, -static_cast<ssize_t>(bytes), true);
+  }
+}
+
+void Device::SetMemoryMonitorFunction(RTCMemoryMonitorFunction function, void* user_pointer) {
+  const std::lock_guard lock(mutex_);
+  memory_monitor_ = {function, user_pointer};
+}
+
+ssize_t Device::Property(RTCDeviceProperty property) const {
+  switch (property) {
+    case RTC_DEVICE_PROPERTY_VERSION:
+      return RTC_VERSION;
+    case RTC_DEVICE_PROPERTY_VERSION_MAJOR:
+      return RTC_VERSION_MAJOR;
+    case RTC_DEVICE_PROPERTY_VERSION_MINOR:
+      return RTC_VERSION_MINOR;
+    case RTC_DEVICE_PROPERTY_VERSION_PATCH:
+      return RTC_VERSION_PATCH;
+
+    case RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_RAY_STREAM_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_TASKING_SYSTEM:
+    case RTC_DEVICE_PROPERTY_JOIN_COMMIT_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_PARALLEL_COMMIT_SUPPORTED:
+      return 1;
+
+    case RTC_DEVICE_PROPERTY_BACKFACE_CULLING_CURVES_ENABLED:
+    case RTC_DEVICE_PROPERTY_BACKFACE_CULLING_ENABLED:
+    case RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_IGNORE_INVALID_RAYS_ENABLED:
+    case RTC_DEVICE_PROPERTY_COMPACT_POLYS_ENABLED:
+    case RTC_DEVICE_PROPERTY_QUAD_GEOMETRY_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_SUBDIVISION_GEOMETRY_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_USER_GEOMETRY_SUPPORTED:
+    case RTC_DEVICE_PROPERTY_POINT_GEOMETRY_SUPPORTED:
+      return 0;
+  }
+  throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "prop = ", static_cast<int>(property),
+                 " is no readable property");
+}
+
+}  // namespace dacrt::compat

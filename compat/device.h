@@ -1,0 +1,67 @@
+// A device: the engine's device, the errors of its calls, and the callbacks for both.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+
+#include "config.h"
+#include "dacrt/dacrt.h"
+
+namespace dacrt::compat {
+
+/// Threads: any number at once.
+class Device {
+ public:
+  explicit Device(const Config& config);
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  const std::shared_ptr<dacrt::Device>& engine() const { return engine_; }
+  bool ignore_masks() const { return ignore_masks_; }
+
+  /// Passes an error of the calling thread to the error function, and keeps it until the thread
+  /// reads it, unless an earlier one is still unread.
+  void Report(RTCError code, const std::string& message);
+
+  /// The calling thread's unread error, which is read now.
+  RTCError TakeError();
+
+  void SetErrorFunction(RTCErrorFunction function, void* user_pointer);
+
+  /// Tells the memory monitor that `bytes` will be allocated.
+  /// Throws RTC_ERROR_OUT_OF_MEMORY if it refuses.
+  void AnnounceAllocation(std::size_t bytes);
+
+  /// Tells the memory monitor that `bytes` were freed.
+  void AnnounceFree(std::size_t bytes);
+
+  void SetMemoryMonitorFunction(RTCMemoryMonitorFunction function, void* user_pointer);
+
+  /// Throws RTC_ERROR_INVALID_ARGUMENT for a property that Embree does not know.
+  ssize_t Property(RTCDeviceProperty property) const;
+
+ private:
+  template <class Function>
+  struct Callback {
+    Function function = nullptr;
+    void* user_pointer = nullptr;
+  };
+
+  const std::shared_ptr<dacrt::Device> engine_;
+  const bool ignore_masks_;
+
+  mutable std::mutex mutex_;                              ///< of everything below
+  std::unordered_map<uint64_t, RTCError> unread_errors_;  ///< by thread
+  Callback<RTCErrorFunction> error_callback_;
+  Callback<RTCMemoryMonitorFunction> memory_monitor_;
+};
+
+inline Device& DeviceOf(Device& device) { return device; }
+
+}  // namespace dacrt::compat

@@ -1,0 +1,41 @@
+// Embree's forms of a batch of rays as the engine's view of one.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <cstddef>
+
+#include "dacrt/ray_view.h"
+
+namespace dacrt::compat {
+
+/// What a record holds: a ray alone (occlusion), or a ray with a hit behind it.
+enum class Record { kRay, kRayHit };
+
+/// NM: `packet_count` packets of `lanes` rays each, in SoA layout, `packet_stride` bytes apart.
+/// 1M is the same with one lane, and so is a single ray.
+RayView PacketView(void* packets, std::size_t lanes, std::size_t packet_count,
+                   std::size_t packet_stride, Record record);
+
+/// 1Mp: `count` pointers to records.
+RayView PointerView(const void* const* records, std::size_t count, Record record);
+
+/// Np: a pointer for each component to `count` values. Null pointers mean what RayView::kAbsent
+/// means, whose defaults are Embree's.
+RayView ComponentView(const RTCRayNp& rays, std::size_t count);
+RayView ComponentView(const RTCRayHitNp& rays, std::size_t count);
+
+/// 4, 8, 16: one packet of up to 16 lanes, of which only those with valid = -1 take part.
+class LaneView {
+ public:
+  LaneView(void* packet, std::size_t lanes, const int* valid, Record record);
+
+  /// Refers to this object.
+  RayView view() const { return view_; }
+
+ private:
+  const void* addresses_[16];  ///< of the valid lanes' first components
+  RayView view_;
+};
+
+}  // namespace dacrt::compat

@@ -1,0 +1,224 @@
+// What is exported, because programs are linked against it, and not supported yet. Handles are
+// checked as in Embree; then each function reports RTC_ERROR_INVALID_OPERATION.
+#include <embree3/rtcore.h>
+
+#include "boundary.h"
+#include "device.h"
+#include "geometry.h"
+#include "scene.h"
+
+using namespace dacrt::compat;
+
+// Exported by Embree, in none of its headers.
+extern "C" __attribute__((visibility("default"))) void rtcMakeStaticBVH(RTCBVH hbvh);
+
+namespace {
+
+[[noreturn]] void Refuse() {
+  throw ApiError(RTC_ERROR_INVALID_OPERATION, "dacrt does not support this function yet");
+}
+
+/// Reports that `function` is not supported, to the device of `handle`, its argument `name`.
+template <class Handle>
+void RefuseOn(const char* function, Handle handle, const char* name) {
+  OnObject(function, handle, name, [](auto&) { Refuse(); });
+}
+
+/// The same for a function whose second argument `pointer`, called `pointer_name`, must not be
+/// null.
+template <class Handle>
+void RefuseOn(const char* function, Handle handle, const char* name, const void* pointer,
+              const char* pointer_name) {
+  OnObject(function, handle, name, [&](auto&) {
+    CheckPointer(pointer, pointer_name);
+    Refuse();
+  });
+}
+
+/// The same for a function that has no handle but `pointer`, its argument `name`. There is no
+/// device then that the error could go to.
+void RefusePointer(const char* function, const void* pointer, const char* name) {
+  Guarded(function, nullptr, [&] {
+    CheckPointer(pointer, name);
+    Refuse();
+  });
+}
+
+/// What Embree's functions about half edges return when they fail.
+constexpr unsigned int kNoHalfEdge = static_cast<unsigned int>(-1);
+
+}  // namespace
+
+// rtcore_geometry.h: user geometries and filters
+
+RTC_API void rtcSetGeometryUserPrimitiveCount(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryBoundsFunction(RTCGeometry hgeometry, RTCBoundsFunction, void*) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryIntersectFunction(RTCGeometry hgeometry, RTCIntersectFunctionN) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryOccludedFunction(RTCGeometry hgeometry, RTCOccludedFunctionN) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcFilterIntersection(const RTCIntersectFunctionNArguments* args,
+                                   const RTCFilterFunctionNArguments*) {
+  RefusePointer(__func__, args, "args");
+}
+
+RTC_API void rtcFilterOcclusion(const RTCOccludedFunctionNArguments* args,
+                                const RTCFilterFunctionNArguments*) {
+  RefusePointer(__func__, args, "args");
+}
+
+// rtcore_geometry.h: instances
+
+RTC_API void rtcSetGeometryInstancedScene(RTCGeometry hgeometry, RTCScene hscene) {
+  RefuseOn(__func__, hgeometry, "geometry", hscene, "scene");
+}
+
+RTC_API void rtcSetGeometryTransform(RTCGeometry hgeometry, unsigned int, RTCFormat,
+                                     const void* xfm) {
+  RefuseOn(__func__, hgeometry, "geometry", xfm, "xfm");
+}
+
+RTC_API void rtcSetGeometryTransformQuaternion(RTCGeometry hgeometry, unsigned int,
+                                               const RTCQuaternionDecomposition* qd) {
+  RefuseOn(__func__, hgeometry, "geometry", qd, "qd");
+}
+
+RTC_API void rtcGetGeometryTransform(RTCGeometry hgeometry, float, RTCFormat, void* xfm) {
+  RefuseOn(__func__, hgeometry, "geometry", xfm, "xfm");
+}
+
+// rtcore_geometry.h: curves, points and subdivision surfaces
+
+RTC_API void rtcSetGeometryMaxRadiusScale(RTCGeometry hgeometry, float) {
+  // Embree refuses it too, as Debian builds it.
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryTessellationRate(RTCGeometry hgeometry, float) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryTopologyCount(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometrySubdivisionMode(RTCGeometry hgeometry, unsigned int,
+                                           RTCSubdivisionMode) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryVertexAttributeTopology(RTCGeometry hgeometry, unsigned int,
+                                                   unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API void rtcSetGeometryDisplacementFunction(RTCGeometry hgeometry, RTCDisplacementFunctionN) {
+  RefuseOn(__func__, hgeometry, "geometry");
+}
+
+RTC_API unsigned int rtcGetGeometryFirstHalfEdge(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+  return kNoHalfEdge;
+}
+
+RTC_API unsigned int rtcGetGeometryFace(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+  return kNoHalfEdge;
+}
+
+RTC_API unsigned int rtcGetGeometryNextHalfEdge(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+  return kNoHalfEdge;
+}
+
+RTC_API unsigned int rtcGetGeometryPreviousHalfEdge(RTCGeometry hgeometry, unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+  return kNoHalfEdge;
+}
+
+RTC_API unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry hgeometry, unsigned int,
+                                                    unsigned int) {
+  RefuseOn(__func__, hgeometry, "geometry");
+  return kNoHalfEdge;
+}
+
+// rtcore_geometry.h: interpolation
+
+RTC_API void rtcInterpolate(const RTCInterpolateArguments* args) {
+  if (args) {
+    RefuseOn(__func__, args->geometry, "args->geometry");
+  } else {
+    RefusePointer(__func__, args, "args");
+  }
+}
+
+RTC_API void rtcInterpolateN(const RTCInterpolateNArguments* args) {
+  if (args) {
+    RefuseOn(__func__, args->geometry, "args->geometry");
+  } else {
+    RefusePointer(__func__, args, "args");
+  }
+}
+
+// rtcore_scene.h: point queries and collisions
+
+RTC_API bool rtcPointQuery(RTCScene hscene, RTCPointQuery*, RTCPointQueryContext*,
+                           RTCPointQueryFunction, void*) {
+  RefuseOn(__func__, hscene, "scene");
+  return false;
+}
+
+RTC_API bool rtcPointQuery4(const int*, RTCScene hscene, RTCPointQuery4*, RTCPointQueryContext*,
+                            RTCPointQueryFunction, void**) {
+  RefuseOn(__func__, hscene, "scene");
+  return false;
+}
+
+RTC_API bool rtcPointQuery8(const int*, RTCScene hscene, RTCPointQuery8*, RTCPointQueryContext*,
+                            RTCPointQueryFunction, void**) {
+  RefuseOn(__func__, hscene, "scene");
+  return false;
+}
+
+RTC_API bool rtcPointQuery16(const int*, RTCScene hscene, RTCPointQuery16*, RTCPointQueryContext*,
+                             RTCPointQueryFunction, void**) {
+  RefuseOn(__func__, hscene, "scene");
+  return false;
+}
+
+RTC_API void rtcCollide(RTCScene hscene0, RTCScene, RTCCollideFunc, void*) {
+  RefuseOn(__func__, hscene0, "scene0");
+}
+
+// rtcore_builder.h. As there is never a BVH, no handle of one is alive.
+
+RTC_API RTCBVH rtcNewBVH(RTCDevice hdevice) {
+  RefuseOn(__func__, hdevice, "device");
+  return nullptr;
+}
+
+RTC_API void* rtcBuildBVH(const RTCBuildArguments* args) {
+  RefusePointer(__func__, args, "args");
+  return nullptr;
+}
+
+RTC_API void* rtcThreadLocalAlloc(RTCThreadLocalAllocator allocator, size_t, size_t) {
+  RefusePointer(__func__, allocator, "allocator");
+  return nullptr;
+}
+
+RTC_API void rtcRetainBVH(RTCBVH hbvh) { RefusePointer(__func__, hbvh, "bvh"); }
+
+RTC_API void rtcReleaseBVH(RTCBVH hbvh) { RefusePointer(__func__, hbvh, "bvh"); }
+
+void rtcMakeStaticBVH(RTCBVH hbvh) { RefusePointer(__func__, hbvh, "bvh"); }

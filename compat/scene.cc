@@ -1,0 +1,163 @@
+#include "scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "boundary.h"
+#include "device.h"
+
+namespace dacrt::compat {
+
+Scene::Scene(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+
+Scene::~Scene() { HandleTable<Scene>::Instance().Forget(this); }
+
+unsigned int Scene::Attach(std::shared_ptr<Geometry> geometry) {
+  const std::lock_guard lock(geometries_mutex_);
+  while (geometries_.contains(first_free_id_)) ++first_free_id_;
+  AttachLocked(std::move(geometry), first_free_id_);
+  return first_free_id_++;
+}
+
+void Scene::AttachById(std::shared_ptr<Geometry> geometry, unsigned int id) {
+  if (id == RTC_INVALID_GEOMETRY_ID) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geomID = RTC_INVALID_GEOMETRY_ID");
+  }
+  const std::lock_guard lock(geometries_mutex_);
+  if (geometries_.contains(id)) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is taken");
+  }
+  AttachLocked(std::move(geometry), id);
+}
+
+void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
+  if (geometry->device() != device_) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "scene and geometry are from different devices");
+  }
+  geometries_[id] = {std::move(geometry)};
+  ++revision_;
+}
+
+void Scene::Detach(unsigned int id) {
+  Attached detached;  // Destroyed after the lock.
+  if (id == RTC_INVALID_GEOMETRY_ID) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geomID = RTC_INVALID_GEOMETRY_ID");
+  }
+  const std::lock_guard lock(geometries_mutex_);
+  const auto place = geometries_.find(id);
+  if (place == geometries_.end()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is not attached");
+  }
+  detached = std::move(place->second);
+  geometries_.erase(place);
+  first_free_id_ = std::min(first_free_id_, id);
+  ++revision_;
+}
+
+Geometry* Scene::Find(unsigned int id) const {
+  const auto place = geometries_.find(id);
+  return place == geometries_.end() ? nullptr : place->second.geometry.get();
+}
+
+Geometry* Scene::FindThreadSafe(unsigned int id) const {
+  const std::lock_guard lock(geometries_mutex_);
+  return Find(id);
+}
+
+void Scene::Commit() {
+  const std::lock_guard commit_lock(commit_mutex_);
+  Selection selection;
+  {
+    const std::lock_guard lock(geometries_mutex_);
+    CheckGeometriesCommitted();
+    if (!NeedsCommit()) return;
+    selection = Select();
+  }
+  // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
+  // scene either.
+  const bool is_empty = selection.meshes.empty();
+  if (!is_empty) ReportProgress(0);
+  auto snapshot = std::make_unique<Snapshot>();
+  snapshot->scene = std::make_unique<dacrt::Scene>(device_->engine(), selection.meshes);
+  if (!is_empty) ReportProgress(1);
+  snapshot->buffers = std::move(selection.buffers);
+  Install(selection, std::move(snapshot));
+}
+
+void Scene::CheckGeometriesCommitted() const {
+  for (const auto& [id, attached] : geometries_) {
+    if (attached.geometry->is_enabled() && attached.geometry->is_modified()) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
+                     " was changed and not committed");
+    }
+  }
+}
+
+bool Scene::NeedsCommit() const {
+  return revision_ != committed_revision_ ||
+         std::any_of(geometries_.begin(), geometries_.end(), [](const auto& place) {
+           const Attached& attached = place.second;
+           return attached.geometry->version() != attached.committed_version;
+         });
+}
+
+Scene::Selection Scene::Select() const {
+  Selection selection;
+  selection.revision = revision_;
+  for (const auto& [id, attached] : geometries_) {
+    const Geometry& geometry = *attached.geometry;
+    selection.versions.emplace_back(id, geometry.version());
+    if (!geometry.is_enabled()) continue;
+    const dacrt::TriangleMesh mesh = geometry.Mesh(id);
+    if (mesh.triangle_count == 0) continue;
+    selection.meshes.push_back(mesh);
+    for (auto& buffer : geometry.MeshBuffers()) selection.buffers.push_back(std::move(buffer));
+  }
+  return selection;
+}
+
+void Scene::Install(const Selection& selection, std::unique_ptr<const Snapshot> snapshot) {
+  const std::lock_guard lock(geometries_mutex_);
+  for (const auto& [id, version] : selection.versions) {
+    const auto place = geometries_.find(id);
+    if (place != geometries_.end()) place->second.committed_version = version;
+  }
+  committed_revision_ = selection.revision;
+  snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
+}
+
+void Scene::ReportProgress(double done) const {
+  if (progress_function_ && !progress_function_(progress_user_pointer_, done)) {
+    throw ApiError(RTC_ERROR_CANCELLED, "the progress monitor cancelled the commit");
+  }
+}
+
+void Scene::SetProgressMonitor(RTCProgressMonitorFunction function, void* user_pointer) {
+  progress_function_ = function;
+  progress_user_pointer_ = user_pointer;
+}
+
+void Scene::SetBuildQuality(RTCBuildQuality quality) {
+  // There is nothing to build, so every quality is the same.
+  if (quality < RTC_BUILD_QUALITY_LOW || quality > RTC_BUILD_QUALITY_HIGH) {
+    throw ApiError(RTC_ERROR_UNKNOWN, "quality = ", static_cast<int>(quality),
+                   " is no build quality of a scene");
+  }
+}
+
+RTCBounds Scene::Bounds() const {
+  const std::lock_guard lock(geometries_mutex_);
+  if (revision_ != committed_revision_) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
+  }
+  const dacrt::Bounds bounds = Committed().bounds();
+  return {bounds.lower[0], bounds.lower[1], bounds.lower[2], 0,
+          bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+}
+
+const dacrt::Scene& Scene::Committed() const {
+  if (!snapshot_) throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
+  return *snapshot_->scene;
+}
+
+}  // namespace dacrt::compat

@@ -1,0 +1,100 @@
+// A scene: geometries by ID, and what the last commit made of them.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "geometry.h"
+
+namespace dacrt::compat {
+
+/// Threads: geometries may be attached, detached and fetched by any number at once, and any number
+/// may commit, where one does the work and the others wait for it. Between a commit's start and end
+/// and while the scene is modified the program does not trace it, which is the API's rule.
+class Scene {
+ public:
+  explicit Scene(std::shared_ptr<Device> device);
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  const std::shared_ptr<Device>& device() const { return device_; }
+
+  /// Attaches under the smallest free ID, which is returned.
+  unsigned int Attach(std::shared_ptr<Geometry> geometry);
+  void AttachById(std::shared_ptr<Geometry> geometry, unsigned int id);
+  void Detach(unsigned int id);
+
+  /// Null if no geometry has this ID. Unlike everything else here, not safe while another thread
+  /// attaches or detaches, and free of locks for that.
+  Geometry* Find(unsigned int id) const;
+  Geometry* FindThreadSafe(unsigned int id) const;
+
+  /// Makes the present state of the enabled geometries the one that is traced. If it throws, the
+  /// scene stays as it was.
+  void Commit();
+
+  void SetProgressMonitor(RTCProgressMonitorFunction function, void* user_pointer);
+  void SetBuildQuality(RTCBuildQuality quality);
+  RTCSceneFlags flags() const { return flags_; }
+  void set_flags(RTCSceneFlags flags) { flags_ = flags; }
+
+  /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached or detached since the last
+  /// commit, or if there was none.
+  RTCBounds Bounds() const;
+
+  /// What the last commit made. Throws RTC_ERROR_INVALID_OPERATION if there was none.
+  const dacrt::Scene& Committed() const;
+
+ private:
+  struct Attached {
+    std::shared_ptr<Geometry> geometry;
+    uint64_t committed_version = 0;  ///< Geometry::version() at the last commit
+  };
+
+  /// What a commit is made of, as it was when the commit began.
+  struct Selection {
+    uint64_t revision = 0;
+    std::vector<std::pair<unsigned int, uint64_t>> versions;  ///< of all geometries, by ID
+    std::vector<dacrt::TriangleMesh> meshes;                  ///< of the enabled ones
+    std::vector<std::shared_ptr<const Buffer>> buffers;       ///< that the meshes are in
+  };
+
+  /// The engine's scene with the memory that it reads, which goes after it.
+  struct Snapshot {
+    std::vector<std::shared_ptr<const Buffer>> buffers;
+    std::unique_ptr<const dacrt::Scene> scene;
+  };
+
+  void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
+  void CheckGeometriesCommitted() const;
+  bool NeedsCommit() const;
+  Selection Select() const;
+  void Install(const Selection& selection, std::unique_ptr<const Snapshot> snapshot);
+  void ReportProgress(double done) const;
+
+  const std::shared_ptr<Device> device_;
+
+  mutable std::mutex geometries_mutex_;  ///< of the next five
+  std::map<unsigned int, Attached> geometries_;
+  unsigned int first_free_id_ = 0;   ///< no smaller ID is free
+  uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
+  uint64_t committed_revision_ = 0;  ///< the one that was committed last
+  std::unique_ptr<const Snapshot> snapshot_;
+
+  std::mutex commit_mutex_;  ///< one commit at a time; taken before the other
+  RTCProgressMonitorFunction progress_function_ = nullptr;
+  void* progress_user_pointer_ = nullptr;
+  RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
+};
+
+inline Device& DeviceOf(Scene& scene) { return *scene.device(); }
+
+}  // namespace dacrt::compat
