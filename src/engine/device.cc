@@ -19,8 +19,8 @@ const Settings& Device::settings() const { return implementation_->settings; }
 InstructionSet Device::instruction_set() const { return implementation_->instruction_set; }
 
 std::size_t Device::WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const {
-  return WorkspaceSize::Bytes(triangle_count,
-                              std::min<std::size_t>(ray_count, settings().piece_rays));
+  const std::size_t piece_rays = std::min<std::size_t>(ray_count, settings().piece_rays);
+  return WorkspaceShape(triangle_count, piece_rays, settings()).Bytes();
 }
 
 std::size_t Device::WorkspaceBytesHeld() const { return implementation_->workspaces.BytesHeld(); }

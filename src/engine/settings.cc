@@ -8,7 +8,7 @@ namespace {
 
 struct NumberSetting {
   std::string_view name;
-  uint32_t Settings::* member;
+  uint32_t Settings::*member;
   uint32_t least;
   uint32_t most;
 };
@@ -24,7 +24,7 @@ constexpr NumberSetting kNumbers[] = {
 
 struct SwitchSetting {
   std::string_view name;
-  bool Settings::* member;
+  bool Settings::*member;
 };
 
 constexpr SwitchSetting kSwitches[] = {
@@ -79,7 +79,7 @@ Enum ParseChoice(const ChoiceName<Enum> (&choices)[kCount], std::string_view nam
   std::string legal = "it takes one of";
   for (const auto& choice : choices) {
     if (choice.name == value) return choice.value;
-    legal += " " + std::string(choice.name);
+    legal.append(" ").append(choice.name);
   }
   Refuse(name, value, legal);
 }

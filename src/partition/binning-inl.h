@@ -68,7 +68,8 @@ inline void BinTriangles(const TriangleRef* refs, const TriangleRange& triangles
   }
 }
 
-/// Candidate k of an axis has bins 0 to k on its left; fills scratch.candidates[axis][0 .. bins - 2].
+/// Candidate k of an axis has bins 0 to k on its left; fills scratch.candidates[axis][0 .. bins -
+/// 2].
 inline void MakeCandidates(uint32_t bins, Scratch& scratch) {
   for (int axis = 0; axis < 3; ++axis) {
     const Bin* bin = scratch.bins[axis];

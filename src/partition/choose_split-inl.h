@@ -13,6 +13,7 @@
 #include "partition/binning-inl.h"
 #include "partition/split_cost.h"
 #include "rays/sample_rays-inl.h"
+#include "runtime/step_clock.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -44,13 +45,18 @@ inline double SurfaceCost(const SplitCandidate& candidate, const Box& parent) {
                    candidate.right_box.HalfArea() / area, candidate.right_count);
 }
 
-/// The candidate of least cost, by the sample rays if `sampled`; nothing if the centres coincide, so
-/// that no candidate has triangles on both sides.
+/// The candidate of least cost, by the sample rays if `sampled`; nothing if the centres coincide,
+/// so that no candidate has triangles on both sides.
 inline std::optional<Split> ChooseSplit(const TriangleRef* refs, const TriangleRange& triangles,
-                                        uint32_t bins, bool sampled, Scratch& scratch) {
+                                        uint32_t bins, bool sampled, Scratch& scratch,
+                                        StepClock& clock) {
   const BinMap map(triangles.centers, bins);
-  BinTriangles(refs, triangles, map, bins, scratch);
-  MakeCandidates(bins, scratch);
+  {
+    const StepClock::Charge charge(clock, Step::kBinning);
+    BinTriangles(refs, triangles, map, bins, scratch);
+    MakeCandidates(bins, scratch);
+  }
+  const StepClock::Charge charge(clock, sampled ? Step::kSampling : Step::kBinning);
   std::optional<Split> best;
   double best_cost = 0, best_surface_cost = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -61,7 +67,8 @@ inline std::optional<Split> ChooseSplit(const TriangleRef* refs, const TriangleR
       const double surface_cost = SurfaceCost(candidate, triangles.bounds);
       const double cost = sampled ? SampledCost(candidate, scratch.samples) : surface_cost;
       // A hundred samples tell few costs apart; the surfaces decide among equals.
-      const bool better = cost < best_cost || (cost == best_cost && surface_cost < best_surface_cost);
+      const bool better =
+          cost < best_cost || (cost == best_cost && surface_cost < best_surface_cost);
       if (best && !better) continue;
       best_cost = cost;
       best_surface_cost = surface_cost;

@@ -54,6 +54,9 @@ struct RayBatch {
 
   Hit* hits;            ///< by ray number; closest-hit queries only
   uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every mesh
+
+  /// What is copied with a ray: the nine fields above.
+  static constexpr std::size_t kFields = 9;
 };
 
 /// Makes the slots from `end` on, a full vector of them, hold inactive rays.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "geometry/triangle_refs.h"
@@ -12,27 +13,38 @@
 
 namespace dacrt {
 
-/// The formula. `triangles` counts all triangles of a scene, `rays` those of a piece:
-///   kTriangleBytes * triangles + kRayBytes * rays + kConstantBytes.
+/// The formula: what a call with `triangles` triangles and pieces of `rays` rays needs.
 ///
-/// A triangle needs its reference. A ray needs its hit (16), its mask (4), and twice nine fields of
-/// four bytes: once in the piece itself, once in the blocks of its survivors. Those are stacked, and
-/// a child of which more than half would survive shares its parent's block, so each block is at
-/// most half of the one below it. (Where the sample misjudged a child, its block may not fit; then
-/// that child is not filtered either.) One bit a slot says which rays of a block survived.
-struct WorkspaceSize {
-  static constexpr std::size_t kTriangleBytes = sizeof(TriangleRef);
-  static constexpr std::size_t kFields = 9;
-  static constexpr std::size_t kRayBytes =
-      2 * kFields * sizeof(float) + 1 + sizeof(Hit) + sizeof(uint32_t);
+///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays + kConstantBytes
+///
+/// refs   One for each triangle. Space partition (mora2011) has as many again for the triangles
+/// that
+///        straddle a cut; where they do not suffice, objects are partitioned instead.
+/// slots  Places for rays: one each in the piece itself, and `copies` each in the blocks of its
+///        survivors, which are stacked. A child of which more than half would survive shares its
+///        parent's block, so each block is at most half of the one below it, and one copy suffices
+///        (nabata2013). Methods that always filter need more; copies that do not fit are not
+///        made, and the child is solved with its parent's rays. Each slot has nine fields of four
+///        bytes, and a bit that says whether the ray survived.
+/// rays   Each has a hit and a mask.
+struct WorkspaceShape {
+  static constexpr std::size_t kRefBytes = sizeof(TriangleRef);
+  static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
+  static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
-  static constexpr std::size_t kConstantBytes =
-      kSpareSlots * (kFields * sizeof(float) + 1) + sizeof(Scratch) + 64 * 1024;
+  /// Scratch, and what aligning the arrays takes.
+  static constexpr std::size_t kConstantBytes = sizeof(Scratch) + 16 * 1024;
 
-  static constexpr std::size_t Bytes(std::size_t triangles, std::size_t rays) {
-    return kTriangleBytes * triangles + kRayBytes * rays + kConstantBytes;
+  WorkspaceShape(std::size_t triangles, std::size_t rays, const Settings& settings);
+
+  std::size_t Bytes() const {
+    return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays + kConstantBytes;
   }
+
+  std::size_t refs;
+  std::size_t slots;
+  std::size_t rays;
 };
 
 /// One block of memory, kept between calls and grown when a call needs more.
@@ -43,12 +55,12 @@ class Workspace {
   Workspace(const Workspace&) = delete;
   Workspace& operator=(const Workspace&) = delete;
 
-  /// Makes room for `triangles` and `rays` and lays the arrays out; their contents are undefined.
+  /// Makes room for `shape` and lays the arrays out; their contents are undefined.
   /// Throws std::bad_alloc; the workspace is then empty.
-  void Reserve(std::size_t triangles, std::size_t rays);
+  void Reserve(const WorkspaceShape& shape);
 
   std::size_t bytes() const { return bytes_; }
-  TriangleRef* refs() const { return refs_; }
+  std::span<TriangleRef> refs() const { return refs_; }
   /// The empty batch.
   const RayBatch& batch() const { return batch_; }
   Scratch& scratch() const { return *scratch_; }
@@ -58,7 +70,7 @@ class Workspace {
 
   std::byte* memory_ = nullptr;
   std::size_t bytes_ = 0;
-  TriangleRef* refs_ = nullptr;
+  std::span<TriangleRef> refs_;
   Scratch* scratch_ = nullptr;
   RayBatch batch_{};
 };
@@ -76,7 +88,7 @@ class WorkspacePool {
     Workspace* operator->() const { return workspace_.get(); }
 
     /// Workspace::Reserve, counted by the pool.
-    void Reserve(std::size_t triangles, std::size_t rays);
+    void Reserve(const WorkspaceShape& shape);
 
    private:
     WorkspacePool& pool_;

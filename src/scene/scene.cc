@@ -29,6 +29,18 @@ void CheckRays(const RayView& rays) {
   if (rays.lanes == 0) throw std::invalid_argument("Trace: rays.lanes is 0");
 }
 
+void TakeSeconds(const StepClock& clock, Statistics& statistics) {
+  const auto seconds = clock.Seconds();
+  const auto of = [&](Step step) { return seconds[static_cast<std::size_t>(step)]; };
+  statistics.seconds_loading = of(Step::kLoading);
+  statistics.seconds_sampling = of(Step::kSampling);
+  statistics.seconds_binning = of(Step::kBinning);
+  statistics.seconds_partition = of(Step::kPartition);
+  statistics.seconds_filtering = of(Step::kFiltering);
+  statistics.seconds_direct = of(Step::kDirect);
+  statistics.seconds_storing = of(Step::kStoring);
+}
+
 }  // namespace
 
 class Scene::Implementation {
@@ -79,20 +91,28 @@ Statistics Scene::Trace(Query query, const RayView& rays) const {
   const MeshTable& meshes = implementation_->meshes;
   const std::size_t piece_rays = std::min<std::size_t>(rays.count, device.settings.piece_rays);
   WorkspacePool::Loan workspace(device.workspaces);
-  workspace.Reserve(triangle_count(), piece_rays);
-  const TriangleRange triangles = MakeTriangleRefs(meshes, workspace->refs());
+  workspace.Reserve({triangle_count(), piece_rays, device.settings});
+  StepClock clock;
+  const TriangleRange triangles = [&] {
+    const StepClock::Charge charge(clock, Step::kBinning);
+    return MakeTriangleRefs(meshes, workspace->refs().data());
+  }();
 
   for (std::size_t first = 0; first < rays.count; first += piece_rays) {
     RayBatch batch = workspace->batch();
-    const SolveTask task{meshes, device.settings,      workspace->refs(),
-                         batch,  workspace->scratch(), statistics};
-    const RayBlock active =
-        LoadRays(rays, first, std::min(piece_rays, rays.count - first), query, meshes, batch);
+    const SolveTask task{
+        meshes, device.settings, workspace->refs(), batch, workspace->scratch(), statistics, clock};
+    const RayBlock active = [&] {
+      const StepClock::Charge charge(clock, Step::kLoading);
+      return LoadRays(rays, first, std::min(piece_rays, rays.count - first), query, meshes, batch);
+    }();
     if (active.count > 0) device.kernels.solve(query, task, triangles, active);
+    const StepClock::Charge charge(clock, Step::kStoring);
     statistics.hits += device.kernels.store(query, rays, first, task, active);
     statistics.rays += active.count;
     ++statistics.pieces;
   }
+  TakeSeconds(clock, statistics);
   return statistics;
 }
 

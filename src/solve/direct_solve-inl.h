@@ -193,9 +193,8 @@ HWY_INLINE void TestByRays(const SolveTask& task, const RayBlock& rays) {
     TestRays test_rays = LoadTestRays(task.batch, slot);
     for (size_t i = 0; i < block.count; ++i) {
       if (HWY_LIKELY(!TestPairs(test_rays, LoadTestTriangles<true>(block, i), pairs))) continue;
-      ForEachLane(pairs.lanes, [&](size_t lane) {
-        TakePair<kQuery>(task, slot + lane, pairs, lane, i);
-      });
+      ForEachLane(pairs.lanes,
+                  [&](size_t lane) { TakePair<kQuery>(task, slot + lane, pairs, lane, i); });
       test_rays.tfar = hn::Load(kFloat, task.batch.tfar + slot);
     }
   }
@@ -210,9 +209,8 @@ HWY_INLINE void TestByTriangles(const SolveTask& task, const RayBlock& rays) {
     TestRays test_ray = BroadcastTestRay(task.batch, slot);
     for (size_t i = 0; i < block.count; i += Lanes()) {
       if (HWY_LIKELY(!TestPairs(test_ray, LoadTestTriangles<false>(block, i), pairs))) continue;
-      ForEachLane(pairs.lanes, [&](size_t lane) {
-        TakePair<kQuery>(task, slot, pairs, lane, i + lane);
-      });
+      ForEachLane(pairs.lanes,
+                  [&](size_t lane) { TakePair<kQuery>(task, slot, pairs, lane, i + lane); });
       test_ray.tfar = hn::Set(kFloat, task.batch.tfar[slot]);
     }
   }
@@ -227,9 +225,9 @@ void SolveDirect(const SolveTask& task, const TriangleRange& triangles, const Ra
   TriangleBlock& block = task.scratch.triangles;
   for (size_t begin = triangles.begin; begin < triangles.end; begin += TriangleBlock::kCapacity) {
     const size_t count = std::min(triangles.end - begin, TriangleBlock::kCapacity);
-    GatherTriangles(task.meshes, count, [&](size_t i) -> const TriangleRef& {
-      return task.refs[begin + i];
-    }, block);
+    GatherTriangles(
+        task.meshes, count, [&](size_t i) -> const TriangleRef& { return task.refs[begin + i]; },
+        block);
     const size_t vectors_by_rays = hwy::DivCeil(rays.count, Lanes()) * count;
     const size_t vectors_by_triangles = rays.count * hwy::DivCeil(count, Lanes());
     if (vectors_by_triangles < vectors_by_rays) {

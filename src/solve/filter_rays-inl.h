@@ -10,6 +10,7 @@
 
 #include <cstring>
 #include <optional>
+#include <span>
 
 #include "geometry/ray_box-inl.h"
 #include "rays/ray_batch.h"
@@ -27,47 +28,52 @@ struct FilteredRays {
 /// Rays whose bits are written at once: whole bytes on every instruction set.
 HWY_INLINE size_t GroupRays() { return HWY_MAX(Lanes(), size_t{8}); }
 
-/// Copies the rays of `parent` that enter `bounds` within their tnear and tfar into a new block on
+/// Copies the rays of `parents` that enter `bounds` within their tnear and tfar into a new block on
 /// top of the batch's stack. Nothing, and the stack as it was, if they do not fit: then the child
 /// has to be solved with the parent's rays, which is correct, only slower.
-inline std::optional<FilteredRays> FilterRays(RayBatch& batch, const RayBlock& parent,
+inline std::optional<FilteredRays> FilterRays(RayBatch& batch, std::span<const RayBlock> parents,
                                               const Box& bounds) {
-  const size_t bit_bytes = hwy::RoundUpTo(parent.count, GroupRays()) / 8;
+  size_t bit_bytes = 0;
+  for (const RayBlock& parent : parents) {
+    bit_bytes += hwy::RoundUpTo(parent.count, GroupRays()) / 8;
+  }
   if (batch.bits_top + bit_bytes > batch.bits_capacity) return std::nullopt;
   const WideBox box = Widen(bounds.lower, bounds.upper);
   // Survivors are stored as whole vectors, with inactive lanes behind the last one.
   const size_t last_slot = batch.capacity - 2 * kMaxLanes;
   uint8_t* bits = batch.lane_bits + batch.bits_top;
   size_t out = batch.top;
-  for (size_t group = 0; group < parent.count; group += GroupRays()) {
-    uint64_t group_bits = 0;
-    if (out > last_slot) return std::nullopt;
-    for (size_t lane = 0; lane < GroupRays(); lane += Lanes()) {
-      const size_t slot = parent.begin + group + lane;
-      V org[3], dir[3], reciprocal[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        org[axis] = hn::Load(kFloat, batch.org[axis] + slot);
-        dir[axis] = hn::Load(kFloat, batch.dir[axis] + slot);
-        reciprocal[axis] = SafeReciprocal(dir[axis]);
+  for (const RayBlock& parent : parents) {
+    for (size_t group = 0; group < parent.count; group += GroupRays()) {
+      uint64_t group_bits = 0;
+      if (out > last_slot) return std::nullopt;
+      for (size_t lane = 0; lane < GroupRays(); lane += Lanes()) {
+        const size_t slot = parent.begin + group + lane;
+        V org[3], dir[3], reciprocal[3];
+        for (int axis = 0; axis < 3; ++axis) {
+          org[axis] = hn::Load(kFloat, batch.org[axis] + slot);
+          dir[axis] = hn::Load(kFloat, batch.dir[axis] + slot);
+          reciprocal[axis] = SafeReciprocal(dir[axis]);
+        }
+        const V tnear = hn::Load(kFloat, batch.tnear + slot);
+        const V tfar = hn::Load(kFloat, batch.tfar + slot);
+        const M enters = Enters(IntersectBox(box, org, reciprocal), tnear, tfar);
+        const uint64_t vector_bits = Bits(enters);
+        if (vector_bits == 0) continue;
+        group_bits |= vector_bits << lane;
+        for (int axis = 0; axis < 3; ++axis) {
+          hn::StoreU(hn::Compress(org[axis], enters), kFloat, batch.org[axis] + out);
+          hn::StoreU(hn::Compress(dir[axis], enters), kFloat, batch.dir[axis] + out);
+        }
+        hn::StoreU(hn::Compress(tnear, enters), kFloat, batch.tnear + out);
+        hn::StoreU(hn::Compress(tfar, enters), kFloat, batch.tfar + out);
+        const auto index = hn::Load(kUint, batch.index + slot);
+        hn::StoreU(hn::Compress(index, hn::RebindMask(kUint, enters)), kUint, batch.index + out);
+        out += hwy::PopCount(vector_bits);
       }
-      const V tnear = hn::Load(kFloat, batch.tnear + slot);
-      const V tfar = hn::Load(kFloat, batch.tfar + slot);
-      const M enters = Enters(IntersectBox(box, org, reciprocal), tnear, tfar);
-      const uint64_t vector_bits = Bits(enters);
-      if (vector_bits == 0) continue;
-      group_bits |= vector_bits << lane;
-      for (int axis = 0; axis < 3; ++axis) {
-        hn::StoreU(hn::Compress(org[axis], enters), kFloat, batch.org[axis] + out);
-        hn::StoreU(hn::Compress(dir[axis], enters), kFloat, batch.dir[axis] + out);
-      }
-      hn::StoreU(hn::Compress(tnear, enters), kFloat, batch.tnear + out);
-      hn::StoreU(hn::Compress(tfar, enters), kFloat, batch.tfar + out);
-      const auto index = hn::Load(kUint, batch.index + slot);
-      hn::StoreU(hn::Compress(index, hn::RebindMask(kUint, enters)), kUint, batch.index + out);
-      out += hwy::PopCount(vector_bits);
+      memcpy(bits, &group_bits, GroupRays() / 8);
+      bits += GroupRays() / 8;
     }
-    memcpy(bits, &group_bits, GroupRays() / 8);
-    bits += GroupRays() / 8;
   }
   PadWithInactiveRays(batch, out);
 
@@ -93,19 +99,22 @@ HWY_INLINE size_t StoreExpanded(uint64_t lanes, const float* values, float* out)
   return count;
 }
 
-/// Writes the distances of the filtered rays back to their parent, and takes their block off the
+/// Writes the distances of the filtered rays back to their parents, and takes their block off the
 /// stack. What stands on top of it must have been taken off before.
-inline void ReturnDistances(RayBatch& batch, const RayBlock& parent, const FilteredRays& filtered) {
+inline void ReturnDistances(RayBatch& batch, std::span<const RayBlock> parents,
+                            const FilteredRays& filtered) {
   const uint8_t* bits = batch.lane_bits + filtered.lane_bits;
   const float* values = batch.tfar + filtered.block.begin;
   const uint64_t vector_bits = (uint64_t{1} << Lanes()) - 1;
-  for (size_t group = 0; group < parent.count; group += GroupRays()) {
-    uint64_t group_bits = 0;
-    memcpy(&group_bits, bits, GroupRays() / 8);
-    bits += GroupRays() / 8;
-    float* tfar = batch.tfar + parent.begin + group;
-    for (; group_bits != 0; group_bits >>= Lanes(), tfar += Lanes()) {
-      values += StoreExpanded(group_bits & vector_bits, values, tfar);
+  for (const RayBlock& parent : parents) {
+    for (size_t group = 0; group < parent.count; group += GroupRays()) {
+      uint64_t group_bits = 0;
+      memcpy(&group_bits, bits, GroupRays() / 8);
+      bits += GroupRays() / 8;
+      float* tfar = batch.tfar + parent.begin + group;
+      for (; group_bits != 0; group_bits >>= Lanes(), tfar += Lanes()) {
+        values += StoreExpanded(group_bits & vector_bits, values, tfar);
+      }
     }
   }
   batch.top = filtered.block.begin;

@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 
 #include "rays/store_hits-inl.h"
-#include "solve/solve-inl.h"
+#include "solve/solve_objects-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -15,17 +15,17 @@ namespace {
 void SolvePiece(Query query, const SolveTask& task, const TriangleRange& triangles,
                 const RayBlock& rays) {
   if (query == Query::kClosest) {
-    Solver<Query::kClosest>(task).Solve(triangles, rays, 1);
+    ObjectSolver<Query::kClosest>(task).Solve(triangles, rays, 1);
   } else {
-    Solver<Query::kAny>(task).Solve(triangles, rays, 1);
+    ObjectSolver<Query::kAny>(task).Solve(triangles, rays, 1);
   }
 }
 
 size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTask& task,
                   const RayBlock& rays) {
-  return query == Query::kClosest ? StoreClosest(view, first, task.meshes, task.batch, rays,
-                                                 task.scratch.triangles)
-                                  : StoreBlocked(view, first, task.batch, rays);
+  return query == Query::kClosest
+             ? StoreClosest(view, first, task.meshes, task.batch, rays, task.scratch.triangles)
+             : StoreBlocked(view, first, task.batch, rays);
 }
 
 }  // namespace

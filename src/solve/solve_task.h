@@ -1,10 +1,13 @@
 // One piece of a batch against one scene: what the recursion works on.
 #pragma once
 
+#include <span>
+
 #include "dacrt/dacrt.h"
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
+#include "runtime/step_clock.h"
 #include "solve/scratch.h"
 
 namespace dacrt {
@@ -12,10 +15,11 @@ namespace dacrt {
 struct SolveTask {
   const MeshTable& meshes;
   const Settings& settings;
-  TriangleRef* refs;    ///< partitioned in place
+  std::span<TriangleRef> refs;  ///< those of the scene, partitioned in place; then spare ones
   RayBatch& batch;
   Scratch& scratch;
   Statistics& statistics;
+  StepClock& clock;
 };
 
 }  // namespace dacrt
