@@ -79,9 +79,8 @@ void OnObject(const char* function, Handle handle, const char* name, Body&& body
 template <class Handle, class Make>
 Handle NewHandle(const char* function, RTCDevice hdevice, Make&& make) {
   Handle handle = nullptr;
-  OnObject(function, hdevice, "device", [&](Device&) {
-    handle =
-        ToHandle(HandleTable<ObjectOf<Handle>>::Instance().Add(make(Resolve(hdevice, "device"))));
+  OnObject(function, hdevice, "device", [&](Device& device) {
+    handle = ToHandle(HandleTable<ObjectOf<Handle>>::Instance().Add(make(device)));
   });
   return handle;
 }
@@ -89,15 +88,16 @@ Handle NewHandle(const char* function, RTCDevice hdevice, Make&& make) {
 /// One more reference of the program to the object behind `handle`.
 template <class Handle>
 void RetainHandle(const char* function, Handle handle, const char* name) {
-  OnObject(function, handle, name,
-           [&](auto&) { HandleTable<ObjectOf<Handle>>::Instance().Retain(Resolve(handle, name)); });
+  OnObject(function, handle, name, [](auto& object) {
+    HandleTable<ObjectOf<Handle>>::Instance().Retain(object.shared_from_this());
+  });
 }
 
 /// One reference less. The last one may end the object.
 template <class Handle>
 void ReleaseHandle(const char* function, Handle handle, const char* name) {
-  OnObject(function, handle, name, [&](auto&) {
-    if (!HandleTable<ObjectOf<Handle>>::Instance().Release(Resolve(handle, name))) {
+  OnObject(function, handle, name, [&](auto& object) {
+    if (!HandleTable<ObjectOf<Handle>>::Instance().Release(&object)) {
       throw ApiError(RTC_ERROR_INVALID_ARGUMENT, name, " = ", static_cast<const void*>(handle),
                      " was released as often as it was retained");
     }

@@ -10,7 +10,7 @@
 
 namespace dacrt::compat {
 
-class Buffer {
+class Buffer : public std::enable_shared_from_this<Buffer> {
  public:
   /// Allocates `bytes`, aligned to 64. The contents are undefined; data() is null for no bytes.
   Buffer(std::shared_ptr<Device> device, std::size_t bytes);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -74,74 +73,29 @@ std::vector<Token> Tokenize(std::string_view text) {
   return tokens;
 }
 
-// Embree's keys by the type of their values. Most mean nothing to dacrt, but a value of the wrong
-// type is an error in Embree, so it is one here.
-constexpr std::string_view kIntegerKeys[] = {"threads",
-                                             "user_threads",
-                                             "set_affinity",
-                                             "start_threads",
-                                             "verbose",
-                                             "benchmark",
-                                             "hugepages",
-                                             "float_exceptions",
-                                             "enable_selockmemoryprivilege",
-                                             "presplits",
-                                             "alloc_main_block_size",
-                                             "alloc_num_main_slots",
-                                             "alloc_single_thread_alloc",
-                                             "alloc_thread_block_size",
-                                             "instancing_block_size",
-                                             "instancing_open_max",
-                                             "instancing_open_max_depth",
-                                             "instancing_open_min",
-                                             "object_accel_max_leaf_size",
-                                             "object_accel_mb_max_leaf_size",
-                                             "object_accel_mb_min_leaf_size",
-                                             "object_accel_min_leaf_size"};
-constexpr std::string_view kRealKeys[] = {"cache_size", "instancing_open_factor",
-                                          "max_spatial_split_replications",
-                                          "tessellation_cache_size"};
-constexpr std::string_view kIdentifierKeys[] = {"isa",
-                                                "max_isa",
-                                                "max_builder_isa",
-                                                "frequency_level",
-                                                "accel",
-                                                "tri_accel",
-                                                "tri_accel_mb",
-                                                "tri_builder",
-                                                "tri_builder_mb",
-                                                "tri_traverser",
-                                                "tri_traverser_mb",
-                                                "quad_accel",
-                                                "quad_accel_mb",
-                                                "quad_builder",
-                                                "quad_builder_mb",
-                                                "quad_traverser",
-                                                "quad_traverser_mb",
-                                                "line_accel",
-                                                "line_accel_mb",
-                                                "line_builder",
-                                                "line_builder_mb",
-                                                "line_traverser",
-                                                "line_traverser_mb",
-                                                "hair_accel",
-                                                "hair_accel_mb",
-                                                "hair_builder",
-                                                "hair_builder_mb",
-                                                "hair_traverser",
-                                                "hair_traverser_mb",
-                                                "object_accel",
-                                                "object_accel_mb",
-                                                "object_builder",
-                                                "object_builder_mb",
-                                                "subdiv_accel",
-                                                "subdiv_accel_mb",
-                                                "grid_accel",
-                                                "grid_accel_mb"};
+// Embree's keys by the type of their values, with a space around each. Most mean nothing to dacrt,
+// but a value of the wrong type is an error in Embree, so it is one here.
+constexpr std::string_view kIntegerKeys =
+    " threads user_threads set_affinity start_threads verbose benchmark hugepages"
+    " float_exceptions enable_selockmemoryprivilege presplits"
+    " alloc_main_block_size alloc_num_main_slots alloc_single_thread_alloc alloc_thread_block_size"
+    " instancing_block_size instancing_open_max instancing_open_max_depth instancing_open_min"
+    " object_accel_max_leaf_size object_accel_min_leaf_size"
+    " object_accel_mb_max_leaf_size object_accel_mb_min_leaf_size ";
+constexpr std::string_view kRealKeys =
+    " cache_size tessellation_cache_size instancing_open_factor max_spatial_split_replications ";
+constexpr std::string_view kIdentifierKeys =
+    " isa max_isa max_builder_isa frequency_level"
+    " accel accel_mb builder builder_mb traverser traverser_mb"
+    " tri_accel tri_accel_mb tri_builder tri_builder_mb tri_traverser tri_traverser_mb"
+    " quad_accel quad_accel_mb quad_builder quad_builder_mb quad_traverser quad_traverser_mb"
+    " line_accel line_accel_mb line_builder line_builder_mb line_traverser line_traverser_mb"
+    " hair_accel hair_accel_mb hair_builder hair_builder_mb hair_traverser hair_traverser_mb"
+    " object_accel object_accel_mb object_builder object_builder_mb"
+    " subdiv_accel subdiv_accel_mb grid_accel grid_accel_mb ";
 
-template <std::size_t kCount>
-bool Contains(const std::string_view (&keys)[kCount], std::string_view key) {
-  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+bool Contains(std::string_view keys, std::string_view key) {
+  return keys.find(" " + std::string(key) + " ") != std::string_view::npos;
 }
 
 /// The engine's best instruction set that needs nothing beyond Embree's `isa`. An unknown name

@@ -15,7 +15,7 @@
 namespace dacrt::compat {
 
 /// Threads: any number at once.
-class Device {
+class Device : public std::enable_shared_from_this<Device> {
  public:
   explicit Device(const Config& config);
   ~Device();

@@ -46,8 +46,8 @@ std::size_t BytesNeeded(std::size_t offset, std::size_t stride, std::size_t coun
 
 [[noreturn]] void FailSlot(RTCError code, RTCBufferType type, unsigned int slot,
                            std::size_t slots) {
-  throw ApiError(code, "slot = ", slot, ": the geometry has ", slots, " ", Name(type),
-                 " buffer slot(s)");
+  throw ApiError(code, "slot = ", slot, " is not below the number of ", Name(type),
+                 " buffers, which is ", slots);
 }
 
 [[noreturn]] void FailFormat(RTCBufferType type, RTCFormat format, const char* expected) {

@@ -16,7 +16,7 @@ namespace dacrt::compat {
 /// for a commit either: user data, enabling, and setting a buffer.
 ///
 /// Threads: like the API, one at a time for one geometry; reading is safe from any number.
-class Geometry {
+class Geometry : public std::enable_shared_from_this<Geometry> {
  public:
   /// Throws RTC_ERROR_INVALID_OPERATION for types that are not supported and RTC_ERROR_UNKNOWN for
   /// numbers that are no type, as Embree does.

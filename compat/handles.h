@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -29,7 +30,8 @@ inline RTCScene ToHandle(Scene* object) { return reinterpret_cast<RTCScene>(obje
 template <class Handle>
 using ObjectOf = std::remove_pointer_t<decltype(ToObject(std::declval<Handle>()))>;
 
-/// The objects of one type that programs have handles of.
+/// The objects of one type, which derives from std::enable_shared_from_this, that programs have
+/// handles of.
 ///
 /// A handle is valid while anything keeps its object alive: references that the program holds,
 /// which are counted here, or another object (a scene its geometries, everything its device). So
@@ -61,17 +63,17 @@ class HandleTable {
   }
 
   /// One more reference of the program to `object`, which is alive.
-  void Retain(const std::shared_ptr<Object>& object) {
+  void Retain(std::shared_ptr<Object> object) {
     const std::lock_guard lock(mutex_);
     Entry& entry = entries_.at(object.get());
-    if (entry.references++ == 0) entry.held = object;
+    if (entry.references++ == 0) entry.held = std::move(object);
   }
 
   /// One reference less. False if the program holds none, which changes nothing.
-  bool Release(const std::shared_ptr<Object>& object) {
+  bool Release(const Object* object) {
     std::shared_ptr<Object> last;  // Destroyed after the lock: destructors call Forget.
     const std::lock_guard lock(mutex_);
-    Entry& entry = entries_.at(object.get());
+    Entry& entry = entries_.at(object);
     if (entry.references == 0) return false;
     if (--entry.references == 0) last = std::move(entry.held);
     return true;

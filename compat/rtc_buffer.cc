@@ -8,14 +8,14 @@
 using namespace dacrt::compat;
 
 RTC_API RTCBuffer rtcNewBuffer(RTCDevice hdevice, size_t byteSize) {
-  return NewHandle<RTCBuffer>(__func__, hdevice, [&](std::shared_ptr<Device> device) {
-    return std::make_shared<Buffer>(std::move(device), byteSize);
+  return NewHandle<RTCBuffer>(__func__, hdevice, [&](Device& device) {
+    return std::make_shared<Buffer>(device.shared_from_this(), byteSize);
   });
 }
 
 RTC_API RTCBuffer rtcNewSharedBuffer(RTCDevice hdevice, void* ptr, size_t byteSize) {
-  return NewHandle<RTCBuffer>(__func__, hdevice, [&](std::shared_ptr<Device> device) {
-    return MakeBuffer(std::move(device), ptr, byteSize);
+  return NewHandle<RTCBuffer>(__func__, hdevice, [&](Device& device) {
+    return MakeBuffer(device.shared_from_this(), ptr, byteSize);
   });
 }
 

@@ -8,8 +8,8 @@
 using namespace dacrt::compat;
 
 RTC_API RTCGeometry rtcNewGeometry(RTCDevice hdevice, RTCGeometryType type) {
-  return NewHandle<RTCGeometry>(__func__, hdevice, [&](std::shared_ptr<Device> device) {
-    return std::make_shared<Geometry>(std::move(device), type);
+  return NewHandle<RTCGeometry>(__func__, hdevice, [&](Device& device) {
+    return std::make_shared<Geometry>(device.shared_from_this(), type);
   });
 }
 

@@ -9,8 +9,8 @@
 using namespace dacrt::compat;
 
 RTC_API RTCScene rtcNewScene(RTCDevice hdevice) {
-  return NewHandle<RTCScene>(__func__, hdevice, [&](std::shared_ptr<Device> device) {
-    return std::make_shared<Scene>(std::move(device));
+  return NewHandle<RTCScene>(__func__, hdevice, [&](Device& device) {
+    return std::make_shared<Scene>(device.shared_from_this());
   });
 }
 

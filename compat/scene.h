@@ -18,7 +18,7 @@ namespace dacrt::compat {
 /// Threads: geometries may be attached, detached and fetched by any number at once, and any number
 /// may commit, where one does the work and the others wait for it. Between a commit's start and end
 /// and while the scene is modified the program does not trace it, which is the API's rule.
-class Scene {
+class Scene : public std::enable_shared_from_this<Scene> {
  public:
   explicit Scene(std::shared_ptr<Device> device);
   ~Scene();
