@@ -8,6 +8,7 @@ namespace ao {
 
 enum class ExitCode {
   kSuccess = 0,
+  kOther = 1,
   kUsage = 2,
   kMesh = 3,
   kOutput = 4,

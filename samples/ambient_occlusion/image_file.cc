@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <string_view>
 
@@ -63,12 +64,12 @@ ImageFile::ImageFile(const std::string& path) : path_(path) {
     throw OutputError(path_, "the name must end in .png, .jpg, .jpeg or .exr");
   }
   std::error_code error;
-  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
-  if (!fs::is_directory(folder, error)) throw OutputError(path_, "there is no such folder");
+  if (!fs::is_directory(fs::absolute(path_).parent_path(), error))
+    throw OutputError(path_, "there is no such folder");
   if (fs::is_directory(path_, error)) throw OutputError(path_, "this is a folder");
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    throw OutputError(path_, "the folder cannot be written to");
-  }
+  // Permissions alone do not tell, so a file is made, and is gone again.
+  const TemporaryFile probe(path_);
+  if (!std::ofstream(probe.path())) throw OutputError(path_, "the folder cannot be written to");
 }
 
 void ImageFile::Write(const Image& image) const {

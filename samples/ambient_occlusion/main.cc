@@ -1,5 +1,6 @@
 // Draws a mesh lit by ambient occlusion: the steps, in order.
 #include <cstdio>
+#include <exception>
 #include <new>
 #include <utility>
 
@@ -31,9 +32,9 @@ double TimeCommit(Scene& scene) {
 
 void Run(const Options& options) {
   const ImageFile file(options.output);
-  const Device device(options.device);
   scenes::Mesh mesh = GetMesh(options);
   const uint64_t triangles = mesh.TriangleCount();
+  const Device device(options.device);
   Scene scene(device, std::move(mesh));
   const double commit_seconds = TimeCommit(scene);
   const Imath::Box3f bounds = scene.Bounds();
@@ -71,5 +72,7 @@ int main(int argc, char** argv) {
     return ao::Fail(error.code(), error.what());
   } catch (const std::bad_alloc&) {
     return ao::Fail(ao::ExitCode::kMemory, "out of memory");
+  } catch (const std::exception& error) {
+    return ao::Fail(ao::ExitCode::kOther, error.what());
   }
 }

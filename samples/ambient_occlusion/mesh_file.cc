@@ -2,15 +2,21 @@
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <limits>
+#include <new>
 #include <system_error>
 
 #include "ambient_occlusion/error.h"
+#include "ambient_occlusion/isolated.h"
+#include "ambient_occlusion/ply_check.h"
 
 namespace ao {
 namespace {
@@ -53,25 +59,53 @@ void AppendNode(const aiScene& scene, const aiNode& node, const aiMatrix4x4& par
   }
 }
 
+void CheckIsFile(const std::string& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) throw Error(ExitCode::kMesh, "there is no such file");
+  if (std::filesystem::is_directory(status)) throw Error(ExitCode::kMesh, "this is a folder");
+  if (access(path.c_str(), R_OK) != 0) throw Error(ExitCode::kMesh, "the file cannot be read");
+}
+
+std::string LowerCaseExtension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
+}
+
+scenes::Mesh Import(const std::string& path) {
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+  if (!scene) {
+    if (importer.GetException()) {
+      try {
+        std::rethrow_exception(importer.GetException());
+      } catch (const std::bad_alloc&) {
+        throw;
+      } catch (...) {
+        // The message below says it.
+      }
+    }
+    throw Error(ExitCode::kMesh, std::string("cannot be loaded: ") + importer.GetErrorString());
+  }
+  scenes::Mesh mesh;
+  AppendNode(*scene, *scene->mRootNode, aiMatrix4x4(), &mesh);
+  if (mesh.indices.empty()) throw Error(ExitCode::kMesh, "there is no triangle in it");
+  return mesh;
+}
+
 }  // namespace
 
 scenes::Mesh LoadMesh(const std::string& path) {
-  const auto fail = [&](const std::string& what) {
-    return Error(ExitCode::kMesh, path + ": " + what);
-  };
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) throw fail("there is no such file");
-  if (!std::filesystem::is_regular_file(status)) throw fail("this is not a file");
-
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
-  if (!scene) throw fail(std::string("cannot be loaded: ") + importer.GetErrorString());
-
-  scenes::Mesh mesh;
-  AppendNode(*scene, *scene->mRootNode, aiMatrix4x4(), &mesh);
-  if (mesh.indices.empty()) throw fail("there is no triangle in it");
-  return mesh;
+  try {
+    CheckIsFile(path);
+    if (LowerCaseExtension(path) == ".ply") CheckPlyIsComplete(path);
+    // Assimp crashes on some broken files.
+    return LoadIsolated([&] { return Import(path); });
+  } catch (const Error& error) {
+    throw Error(error.code(), path + ": " + error.what());
+  }
 }
 
 }  // namespace ao

@@ -18,7 +18,7 @@ Without a camera, the hall is seen from its entrance, a mesh with rooms from wit
 mesh from outside, whole. What is given of the camera is kept.
 
 Exit codes: 0 drawn, 2 bad command line, 3 mesh cannot be loaded, 4 picture cannot be written,
-5 Embree reports an error, 6 out of memory.)";
+5 Embree reports an error, 6 out of memory, 1 anything else.)";
 
 const CLI::Validator kFinite(
     [](std::string& text) {
@@ -83,7 +83,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
   AddVector(app, "--look-at", options.look_at, "What is in the middle of the picture");
   AddVector(app, "--up", options.up, "What is up in the picture [0 1 0]");
   app.add_option("--fov", options.vertical_fov, "Vertical field of view [62 in the hall, else 50]")
-      ->check(CLI::Range(0.1f, 179.0f))
+      ->check(kFinite & CLI::Range(0.1f, 179.0f))
       ->type_name("DEGREES");
   app.add_option("--device", options.device, "Configuration for rtcNewDevice, as in threads=4")
       ->type_name("CONFIG");
@@ -102,8 +102,9 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
   // All camera rays go into one call, which counts them in 32 bits.
   const uint64_t rays = uint64_t(options.width) * options.height * options.samples_per_pixel;
   if (rays > std::numeric_limits<uint32_t>::max()) {
-    throw Error(ExitCode::kUsage, "--size and --samples make " + std::to_string(rays) +
-                                      " camera rays; at most 4294967295 fit into one call");
+    throw Error(ExitCode::kUsage,
+                "--size and --samples make " + std::to_string(rays) +
+                    " camera rays; at most 4294967295 fit into one call (see --help)");
   }
   return options;
 }
