@@ -72,7 +72,6 @@ class Device {
   /// Gives the memory of workspaces that no call is using back to the system.
   void ReleaseIdleWorkspaces();
 
-
  private:
   friend class Scene;
   class Implementation;

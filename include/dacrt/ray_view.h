@@ -33,10 +33,10 @@ struct RayView {
   using Component = std::uintptr_t;
   static constexpr Component kAbsent = UINTPTR_MAX;
 
-  std::size_t count = 0;          ///< number of rays
-  std::size_t lanes = 1;          ///< rays in a packet, at least 1
-  std::size_t lane_stride = 0;    ///< bytes from one lane to the next
-  std::size_t packet_stride = 0;  ///< bytes from one packet to the next; unused with a table
+  std::size_t count = 0;                 ///< number of rays
+  std::size_t lanes = 1;                 ///< rays in a packet, at least 1
+  std::size_t lane_stride = 0;           ///< bytes from one lane to the next
+  std::size_t packet_stride = 0;         ///< bytes from one packet to the next; unused with a table
   const void* const* packets = nullptr;  ///< a pointer for each packet, or null
 
   // Read. org and dir and tfar must be present.

@@ -14,14 +14,17 @@ struct Statistics {
   uint64_t max_depth = 0;       ///< deepest level of the recursion; the root is level 1
   uint64_t sampled_splits = 0;  ///< splits chosen by sample rays
   uint64_t sah_splits = 0;      ///< splits chosen by the surface area heuristic
+  uint64_t space_cuts = 0;      ///< cuts of space
+  uint64_t straddling = 0;      ///< sum over cuts of the triangles that went to both sides
   uint64_t median_splits = 0;   ///< splits by count, where centres coincide or the depth is bounded
   uint64_t box_tests = 0;       ///< tests of one ray against one child volume while filtering
   uint64_t rays_filtered = 0;   ///< rays that filtering removed
+  uint64_t packet_tests = 0;    ///< tests of one conic packet against one child volume
   uint64_t filters = 0;         ///< child volumes that were filtered
-  uint64_t filters_skipped = 0; ///< child volumes that took over the parent's rays
-  uint64_t direct_solves = 0;   ///< subproblems solved directly
-  uint64_t direct_rays = 0;     ///< sum over direct solves of the active rays
-  uint64_t triangle_tests = 0;  ///< tests of one ray against one triangle
+  uint64_t filters_skipped = 0;  ///< child volumes that took over the parent's rays
+  uint64_t direct_solves = 0;    ///< subproblems solved directly
+  uint64_t direct_rays = 0;      ///< sum over direct solves of the active rays
+  uint64_t triangle_tests = 0;   ///< tests of one ray against one triangle
 
   // Where the time went, in seconds, by the processor's time stamp counter.
   double seconds_loading = 0;    ///< from the caller's records to the engine's arrays

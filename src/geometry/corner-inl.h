@@ -84,9 +84,11 @@ struct CornerBounds {
       : lower(Corner::Set(std::numeric_limits<float>::infinity())),
         upper(Corner::Set(-std::numeric_limits<float>::infinity())) {}
 
-  HWY_INLINE void Extend(const Corner& point) {
-    lower = Min(lower, point);
-    upper = Max(upper, point);
+  HWY_INLINE void Extend(const Corner& point) { Extend(point, point); }
+
+  HWY_INLINE void Extend(const Corner& box_lower, const Corner& box_upper) {
+    lower = Min(lower, box_lower);
+    upper = Max(upper, box_upper);
   }
 
   HWY_INLINE Box Get() const {

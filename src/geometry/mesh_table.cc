@@ -40,9 +40,9 @@ MeshTable::MeshTable(std::span<const TriangleMesh> meshes) : meshes_(meshes.begi
     throw std::length_error("Scene: " + std::to_string(triangle_count_) +
                             " triangles; at most 2^32 - 2 are supported");
   }
-  std::stable_sort(meshes_.begin(), meshes_.end(), [](const TriangleMesh& a, const TriangleMesh& b) {
-    return a.geometry_id < b.geometry_id;
-  });
+  std::stable_sort(
+      meshes_.begin(), meshes_.end(),
+      [](const TriangleMesh& a, const TriangleMesh& b) { return a.geometry_id < b.geometry_id; });
 }
 
 }  // namespace dacrt

@@ -48,8 +48,8 @@ HWY_INLINE uint64_t Bits(M mask) {
 constexpr float kBoxWidening = 0x1p-22f;
 /// Absolute widening, for faces at zero.
 constexpr float kBoxWideningAbsolute = 1e-20f;
-/// Relative slack of the distances to the box's planes. The slab test itself errs by 2^-22; the rest
-/// covers the rounding of the triangle test, whose hits may lie beside the triangle.
+/// Relative slack of the distances to the box's planes. The slab test itself errs by 2^-22; the
+/// rest covers the rounding of the triangle test, whose hits may lie beside the triangle.
 constexpr float kDistanceSlack = 0x1p-16f;
 /// A component of a direction below this is treated as this, with its sign. Its reciprocal times
 /// the smallest widening is beyond every distance, and no product becomes 0 * infinity.
@@ -61,8 +61,8 @@ struct WideBox {
   V upper[3];
 };
 
-/// One after the other: the sum of the two would move in larger steps than a small x, and the result
-/// would not be monotone.
+/// One after the other: the sum of the two would move in larger steps than a small x, and the
+/// result would not be monotone.
 HWY_INLINE V WidenDown(V x) {
   const V relative = hn::Sub(x, hn::Mul(hn::Abs(x), hn::Set(kFloat, kBoxWidening)));
   return hn::Sub(relative, hn::Set(kFloat, kBoxWideningAbsolute));

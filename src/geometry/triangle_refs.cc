@@ -23,25 +23,19 @@ bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, T
 }
 
 TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs) {
-  std::size_t count = 0;
+  TriangleRange range{0, 0, Box::Empty(), Box::Empty()};
   const auto all = meshes.meshes();
   for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
     for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
-      count += BoundTriangle(meshes, mesh, primitive, refs[count]);
+      TriangleRef ref;
+      if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
+      refs[range.end++] = ref;
+      range.bounds.Extend(ref.lower);
+      range.bounds.Extend(ref.upper);
+      const float center[3] = {ref.lower[0] + ref.upper[0], ref.lower[1] + ref.upper[1],
+                               ref.lower[2] + ref.upper[2]};
+      range.centers.Extend(center);
     }
-  }
-  return MeasureTriangles(refs, 0, count);
-}
-
-TriangleRange MeasureTriangles(const TriangleRef* refs, std::size_t begin, std::size_t end) {
-  TriangleRange range{begin, end, Box::Empty(), Box::Empty()};
-  for (std::size_t i = begin; i < end; ++i) {
-    const TriangleRef& ref = refs[i];
-    range.bounds.Extend(ref.lower);
-    range.bounds.Extend(ref.upper);
-    const float center[3] = {ref.lower[0] + ref.upper[0], ref.lower[1] + ref.upper[1],
-                             ref.lower[2] + ref.upper[2]};
-    range.centers.Extend(center);
   }
   return range;
 }

@@ -32,11 +32,7 @@ struct TriangleRange {
 /// coordinate that is not finite or above 1.8e18 in magnitude, where squares overflow.
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
 
-/// Writes the references of all triangles that can be hit to `refs`, which has room for
-/// meshes.triangle_count() of them, and returns their range.
+/// Writes the references of all triangles that can be hit to `refs`, and returns their range.
 TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs);
-
-/// Bounds, and bounds of the centres, of refs[begin, end).
-TriangleRange MeasureTriangles(const TriangleRef* refs, std::size_t begin, std::size_t end);
 
 }  // namespace dacrt

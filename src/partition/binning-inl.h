@@ -32,6 +32,11 @@ class BinMap {
   /// Whether centres differ on an axis at all.
   bool IsUseful(int axis) const { return scale_[axis] > 0; }
 
+  /// Where bin k ends.
+  float Boundary(int axis, uint32_t k) const {
+    return lower_[axis] + static_cast<float>(k + 1) / scale_[axis];
+  }
+
   /// Bin numbers on three axes; bin[3] is scrap.
   HWY_INLINE void Map(const Corner& center, int32_t* HWY_RESTRICT bin) const {
     const hn::RebindToSigned<CornerTag> di;

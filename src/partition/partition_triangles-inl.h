@@ -52,6 +52,17 @@ inline Children PartitionTriangles(TriangleRef* refs, const TriangleRange& trian
           {left, triangles.end, split.right_box, right_centers.Get()}};
 }
 
+/// The range [begin, end) of refs, with its bounds.
+inline TriangleRange MeasureTriangles(const TriangleRef* refs, size_t begin, size_t end) {
+  CornerBounds bounds, centers;
+  for (size_t i = begin; i < end; ++i) {
+    const Corner lower = Corner::Load(refs[i].lower), upper = Corner::Load(refs[i].upper);
+    bounds.Extend(lower, upper);
+    centers.Extend(TwiceCenter(lower, upper));
+  }
+  return {begin, end, bounds.Get(), centers.Get()};
+}
+
 /// The way out where no split by bins helps: two halves by count, in the order in which they stand.
 inline Children HalveTriangles(const TriangleRef* refs, const TriangleRange& triangles) {
   const size_t middle = triangles.begin + triangles.count() / 2;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
 #include "dacrt/dacrt.h"
 #include "geometry/mesh_table.h"
@@ -37,6 +38,18 @@ inline constexpr std::size_t kMaxLanes = 16;
 inline constexpr float kInactiveTNear = 0.0f;
 inline constexpr float kInactiveTFar = -1.0f;
 
+/// Cones around kRays consecutive rays each of the piece, which all start from one point; cone i
+/// belongs to slots kRays * i and on. Space partition only.
+struct ConicPackets {
+  static constexpr std::size_t kRays = 64;
+
+  float apex[3];
+  float* axis[3];  ///< of length 1
+  float* tangent;  ///< of the angle between the axis and the side
+  float* longest;  ///< length of the longest direction
+  float* reach;    ///< how far along the axis there is a ray without a closer hit; negative: none
+};
+
 /// Arrays over the workspace. Blocks are stacked: a child's block begins where the newest block
 /// ends, and is given back when the child has been solved.
 struct RayBatch {
@@ -54,6 +67,9 @@ struct RayBatch {
 
   Hit* hits;            ///< by ray number; closest-hit queries only
   uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every mesh
+
+  ConicPackets cones;
+  std::span<RayBlock> packets;  ///< stacked lists of packets
 
   /// What is copied with a ray: the nine fields above.
   static constexpr std::size_t kFields = 9;

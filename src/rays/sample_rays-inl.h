@@ -18,9 +18,9 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Copies `count` of the rays, or all if there are fewer: one from each of `count` equal stretches of
-/// the block, at a place in the stretch that varies, so that a period of the caller's order (a row
-/// of pixels, a cycle of samples) does not become a bias. The same block gives the same sample.
+/// Copies `count` of the rays, or all if there are fewer: one from each of `count` equal stretches
+/// of the block, at a place in the stretch that varies, so that a period of the caller's order (a
+/// row of pixels, a cycle of samples) does not become a bias. The same block gives the same sample.
 inline void TakeSampleRays(const RayBatch& batch, const RayBlock& rays, size_t count,
                            SampleRays& samples) {
   samples.count = std::min({count, rays.count, SampleRays::kCapacity});

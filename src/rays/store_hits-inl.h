@@ -57,7 +57,8 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
       if (hit.mesh == Hit::kNone) continue;
       names[count++] = {hit.mesh & ~Hit::kAtLimit, hit.primitive, slot};
     }
-    GatherTriangles(meshes, count, [&](size_t i) -> const Name& { return names[i]; }, triangles);
+    GatherTriangles(
+        meshes, count, [&](size_t i) -> const Name& { return names[i]; }, triangles);
     for (size_t i = 0; i < count; ++i) {
       const Name& name = names[i];
       const Hit& hit = batch.hits[batch.index[name.slot]];

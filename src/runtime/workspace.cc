@@ -41,7 +41,9 @@ WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, const Se
   // make them slower, twice as many no faster.
   constexpr std::size_t kCopiesOfUnskipped = 9;
   const bool skips = settings.algorithm == Algorithm::kNabata2013 && settings.skip_filtering;
-  refs = settings.algorithm == Algorithm::kMora2011 ? 2 * triangles : triangles;
+  const bool cuts_space = settings.algorithm == Algorithm::kMora2011;
+  refs = cuts_space ? 2 * triangles : triangles;
+  packets = cuts_space ? (rays + ConicPackets::kRays - 1) / ConicPackets::kRays : 0;
   slots = RoundUp((1 + (skips ? 1 : kCopiesOfUnskipped)) * rays + kSpareSlots, kMaxLanes);
 }
 
@@ -85,6 +87,12 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   batch_.lane_bits = cutter.Cut<uint8_t>(batch_.bits_capacity);
   batch_.bits_top = 0;
   batch_.hits = cutter.Cut<Hit>(shape.rays);
+  for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.packets);
+  batch_.cones.tangent = cutter.Cut<float>(shape.packets);
+  batch_.cones.longest = cutter.Cut<float>(shape.packets);
+  batch_.cones.reach = cutter.Cut<float>(shape.packets);
+  const std::size_t listed = WorkspaceShape::kPacketLists * shape.packets;
+  batch_.packets = {cutter.Cut<RayBlock>(listed), listed};
   batch_.ray_masks = cutter.Cut<uint32_t>(shape.rays);
 }
 

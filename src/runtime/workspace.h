@@ -15,7 +15,8 @@ namespace dacrt {
 
 /// The formula: what a call with `triangles` triangles and pieces of `rays` rays needs.
 ///
-///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays + kConstantBytes
+///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays
+///           + kPacketBytes * packets + kConstantBytes
 ///
 /// refs   One for each triangle. Space partition (mora2011) has as many again for the triangles
 /// that
@@ -27,9 +28,14 @@ namespace dacrt {
 ///        made, and the child is solved with its parent's rays. Each slot has nine fields of four
 ///        bytes, and a bit that says whether the ray survived.
 /// rays   Each has a hit and a mask.
+/// packets  Cones, for space partition: one for 64 rays, and its names in stacked lists.
 struct WorkspaceShape {
+  /// How many lists of all packets the stack of lists can hold.
+  static constexpr std::size_t kPacketLists = 48;
+
   static constexpr std::size_t kRefBytes = sizeof(TriangleRef);
   static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
+  static constexpr std::size_t kPacketBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
   static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
@@ -39,12 +45,14 @@ struct WorkspaceShape {
   WorkspaceShape(std::size_t triangles, std::size_t rays, const Settings& settings);
 
   std::size_t Bytes() const {
-    return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays + kConstantBytes;
+    return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
+           kPacketBytes * packets + kConstantBytes;
   }
 
   std::size_t refs;
   std::size_t slots;
   std::size_t rays;
+  std::size_t packets;
 };
 
 /// One block of memory, kept between calls and grown when a call needs more.

@@ -93,11 +93,7 @@ Statistics Scene::Trace(Query query, const RayView& rays) const {
   WorkspacePool::Loan workspace(device.workspaces);
   workspace.Reserve({triangle_count(), piece_rays, device.settings});
   StepClock clock;
-  const TriangleRange triangles = [&] {
-    const StepClock::Charge charge(clock, Step::kBinning);
-    return MakeTriangleRefs(meshes, workspace->refs().data());
-  }();
-
+  TriangleRange triangles;
   for (std::size_t first = 0; first < rays.count; first += piece_rays) {
     RayBatch batch = workspace->batch();
     const SolveTask task{
@@ -106,6 +102,12 @@ Statistics Scene::Trace(Query query, const RayView& rays) const {
       const StepClock::Charge charge(clock, Step::kLoading);
       return LoadRays(rays, first, std::min(piece_rays, rays.count - first), query, meshes, batch);
     }();
+    // Object partition leaves the references to the next piece in another order; space partition
+    // leaves them clipped.
+    if (first == 0 || device.settings.algorithm == Algorithm::kMora2011) {
+      const StepClock::Charge charge(clock, Step::kBinning);
+      triangles = MakeTriangleRefs(meshes, workspace->refs().data());
+    }
     if (active.count > 0) device.kernels.solve(query, task, triangles, active);
     const StepClock::Charge charge(clock, Step::kStoring);
     statistics.hits += device.kernels.store(query, rays, first, task, active);

@@ -57,6 +57,8 @@ struct Scratch {
   SampleRays samples;
   Bin bins[3][kMaxBins];
   SplitCandidate candidates[3][kMaxBins];
+  uint32_t begins[3][kMaxBins];  ///< triangles that begin in a bin, for cuts
+  uint32_t ends[3][kMaxBins];    ///< triangles that end in a bin
 };
 
 }  // namespace dacrt

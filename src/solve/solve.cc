@@ -6,18 +6,28 @@
 
 #include "rays/store_hits-inl.h"
 #include "solve/solve_objects-inl.h"
+#include "solve/solve_space-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
+template <Query kQuery>
+void SolveFor(const SolveTask& task, const TriangleRange& triangles, const RayBlock& rays) {
+  if (task.settings.algorithm == Algorithm::kMora2011) {
+    SpaceSolver<kQuery>(task).Solve(triangles, rays);
+  } else {
+    ObjectSolver<kQuery>(task).Solve(triangles, rays, 1);
+  }
+}
+
 void SolvePiece(Query query, const SolveTask& task, const TriangleRange& triangles,
                 const RayBlock& rays) {
   if (query == Query::kClosest) {
-    ObjectSolver<Query::kClosest>(task).Solve(triangles, rays, 1);
+    SolveFor<Query::kClosest>(task, triangles, rays);
   } else {
-    ObjectSolver<Query::kAny>(task).Solve(triangles, rays, 1);
+    SolveFor<Query::kAny>(task, triangles, rays);
   }
 }
 
