@@ -149,8 +149,9 @@ HWY_INLINE TestTriangles LoadTestTriangles(const TriangleBlock& block, size_t i)
 inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive, const Hit& hit,
                      float tfar) {
   if (t < tfar) return true;
-  if (hit.mesh == Hit::kNone) return within_limit;
-  if (t != tfar || ((hit.mesh & Hit::kAtLimit) && !within_limit)) return false;
+  // At the ray's own tfar, t may have rounded to a larger number. (kNone has the flag, too.)
+  if (!(hit.mesh & Hit::kAtLimit ? within_limit : t == tfar)) return false;
+  if (hit.mesh == Hit::kNone) return true;
   const uint32_t hit_mesh = hit.mesh & ~Hit::kAtLimit;
   return mesh != hit_mesh ? mesh < hit_mesh : primitive < hit.primitive;
 }
