@@ -231,8 +231,8 @@ class BatchMemory {
     batch.ray_masks = masks_.data();
   }
 
-  /// Puts `rays`, all of which must be active, on the stack. Their numbers are their places.
-  RayBlock Push(std::span<const Ray> rays) {
+  /// Puts `rays`, all of which must be active, on the stack. They are numbered from `number` on.
+  RayBlock Push(std::span<const Ray> rays, std::size_t number = 0) {
     const RayBlock block{batch.top, rays.size()};
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const std::size_t slot = block.begin + i;
@@ -242,9 +242,9 @@ class BatchMemory {
       }
       batch.tnear[slot] = rays[i].tnear;
       batch.tfar[slot] = rays[i].tfar;
-      batch.index[slot] = static_cast<uint32_t>(i);
-      batch.ray_masks[i] = rays[i].mask;
-      batch.hits[i] = {0, 0, Hit::kNone, Hit::kNone};
+      batch.index[slot] = static_cast<uint32_t>(number + i);
+      batch.ray_masks[number + i] = rays[i].mask;
+      batch.hits[number + i] = {0, 0, Hit::kNone, Hit::kNone};
     }
     PadWithInactiveRays(batch, block.begin + rays.size());
     batch.top = (block.begin + rays.size() + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
