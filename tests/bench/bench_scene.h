@@ -1,0 +1,71 @@
+// The scenes that are measured on: a mesh, a view of it, and a lamp.
+#pragma once
+
+#include <Imath/ImathBox.h>
+#include <Imath/ImathVec.h>
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "scenes/hall.h"
+
+namespace dacrt::bench {
+
+struct BenchView {
+  Imath::V3f eye;
+  Imath::V3f look_at;
+  float vertical_fov;  ///< degrees; the picture is square, and up is y
+};
+
+/// A point light at the centre, or a level square panel about it that shines from both faces.
+struct Lamp {
+  Imath::V3f centre;
+  float half_size;  ///< of the panel's side
+};
+
+struct BenchScene {
+  std::string name;
+  scenes::Mesh mesh;
+  BenchView view;
+  Lamp lamp;
+
+  std::size_t TriangleCount() const { return mesh.TriangleCount(); }
+
+  /// The mesh where it lies, as dacrt takes it. The scene must stay where it is.
+  TriangleMesh AsTriangleMesh() const;
+};
+
+/// The bounds of all vertices.
+Imath::Box3f Bounds(const scenes::Mesh& mesh);
+
+/// A scene cannot be read. The message names the file and the fault.
+class UnreadableScene : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Where a scene comes from: a name of SceneNames, or else the path of a mesh.
+class SceneSource {
+ public:
+  SceneSource(std::string name, const std::filesystem::path& folder);
+
+  const std::string& name() const { return name_; }
+
+  /// False only for a mesh that is not there.
+  bool IsPresent() const;
+
+  /// Throws UnreadableScene.
+  BenchScene Load() const;
+
+ private:
+  std::string name_;
+  std::filesystem::path file_;  ///< empty for a generated scene
+};
+
+/// The scenes that have a name, the generated ones first.
+std::vector<std::string> SceneNames();
+
+}  // namespace dacrt::bench

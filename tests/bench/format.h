@@ -1,0 +1,21 @@
+// Numbers as people read them.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace dacrt::bench {
+
+/// With `digits` after the point.
+std::string Fixed(double value, int digits);
+
+/// A duration in seconds, to three significant digits or so.
+std::string Seconds(double seconds);
+
+/// A count, its digits in groups of three.
+std::string Grouped(std::size_t count);
+
+/// N x N as "N^2".
+std::string Squared(std::size_t side);
+
+}  // namespace dacrt::bench

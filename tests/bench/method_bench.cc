@@ -1,0 +1,149 @@
+// The reproduction of the paper: see --help.
+#include <exception>
+#include <iostream>
+#include <string>
+
+#include "format.h"
+#include "method_options.h"
+#include "output_file.h"
+#include "plots.h"
+#include "progress.h"
+#include "report.h"
+
+namespace dacrt::bench {
+namespace {
+
+enum ExitCode {
+  kSuccess = 0,
+  kFailure = 1,
+  kUsage = 2,
+  kUnreadableScene = 3,
+  kDisagreement = 4,
+  kOutput = 5,
+};
+
+class Benchmark {
+ public:
+  Benchmark(const MethodOptions& options, std::string command)
+      : options_(options), progress_(options.scenes.size() * FramesAScene()) {
+    results_.command = std::move(command);
+    results_.processor = ProcessorName();
+    results_.instruction_set = Name(Device(options.algorithms.front().settings).instruction_set());
+    results_.repeat = options.repeat;
+  }
+
+  const Results& results() const { return results_; }
+
+  void Run() {
+    Save();  // so that an output that cannot be written shows before hours of measuring
+    for (const SceneSource& source : options_.scenes) {
+      progress_.Show(source.name() + ": loading");
+      try {
+        const BenchScene scene = source.Load();
+        MeasureScene(scene);
+      } catch (const UnreadableScene& error) {
+        results_.unreadable.push_back(error.what());
+        progress_.Say(error.what());
+        progress_.Skip(FramesAScene());
+      }
+    }
+  }
+
+ private:
+  std::size_t FramesAScene() const {
+    const std::size_t ablation = options_.ablation.empty() ? 0 : options_.kinds.size();
+    return options_.rasters.size() * options_.kinds.size() + ablation;
+  }
+
+  void MeasureScene(const BenchScene& scene) {
+    {
+      const Contest algorithms(scene, options_.algorithms);
+      for (const Raster& raster : options_.rasters) {
+        for (const FrameKind* const kind : options_.kinds) {
+          MeasureFrame(algorithms, *kind, raster, results_.comparison);
+        }
+      }
+    }
+    if (options_.ablation.empty()) return;
+    const Contest ablation(scene, options_.ablation);
+    for (const FrameKind* const kind : options_.kinds) {
+      MeasureFrame(ablation, *kind, options_.ablation_raster, results_.ablation);
+    }
+  }
+
+  void MeasureFrame(const Contest& contest, const FrameKind& kind, const Raster& raster,
+                    std::vector<FrameResult>& frames) {
+    const std::string name =
+        contest.scene().name + ", " + kind.title + ", " + Squared(raster.rays_a_side());
+    frames.push_back(
+        contest.Measure(kind, raster, options_.repeat, [&](const Pass& pass, std::size_t rays) {
+          progress_.Show(name + ": " + pass.name + ", " + Grouped(rays) + " rays");
+        }));
+    progress_.Finish(name + ": " + Summary(frames.back()));
+    Save();
+  }
+
+  static std::string Summary(const FrameResult& frame) {
+    std::string text = frame.methods[0].name + " " + Seconds(frame.Seconds(0)) + " s";
+    for (std::size_t i = 1; i < frame.methods.size(); ++i) {
+      text += ", " + frame.methods[i].name + " x " + Fixed(frame.Ratio(i, 0), 2);
+    }
+    return text;
+  }
+
+  // After every frame: what was measured is not lost if the run ends early.
+  void Save() const {
+    constexpr int kIndent = 1;
+    if (!options_.json.empty()) WriteFile(options_.json, ToJson(results_).dump(kIndent) + "\n");
+    if (!options_.plots.empty()) {
+      MakeFolder(options_.plots);
+      WritePlots(results_, options_.plots);
+    }
+  }
+
+  const MethodOptions& options_;
+  Progress progress_;
+  Results results_;
+};
+
+std::string CommandLine(int argc, char** argv) {
+  std::string command = "method_bench";
+  for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
+  return command;
+}
+
+int Main(int argc, char** argv) {
+  const auto options = ParseMethodOptions(argc, argv);
+  if (!options) return kSuccess;
+  Results results;
+  {
+    Benchmark benchmark(*options, CommandLine(argc, argv));
+    benchmark.Run();
+    results = benchmark.results();
+  }
+  PrintReport(results, std::cout);
+  return results.unreadable.empty() ? kSuccess : kUnreadableScene;
+}
+
+int Fail(ExitCode code, const std::exception& error) {
+  std::cerr << "method_bench: " << error.what() << '\n';
+  return code;
+}
+
+}  // namespace
+}  // namespace dacrt::bench
+
+int main(int argc, char** argv) {
+  using namespace dacrt::bench;
+  try {
+    return Main(argc, argv);
+  } catch (const UsageError& error) {
+    return Fail(kUsage, error);
+  } catch (const Disagreement& error) {
+    return Fail(kDisagreement, error);
+  } catch (const OutputError& error) {
+    return Fail(kOutput, error);
+  } catch (const std::exception& error) {
+    return Fail(kFailure, error);
+  }
+}

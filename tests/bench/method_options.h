@@ -1,0 +1,37 @@
+// The command line of method_bench.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench_scene.h"
+#include "frame.h"
+#include "measure.h"
+
+namespace dacrt::bench {
+
+struct MethodOptions {
+  std::vector<SceneSource> scenes;
+  std::vector<const FrameKind*> kinds;
+  std::vector<Raster> rasters;     ///< ascending
+  std::vector<Method> algorithms;  ///< the first is what the others are compared with
+  std::vector<Method> ablation;    ///< empty unless asked for; the first is the default
+  Raster ablation_raster{1};
+  int repeat = 3;
+  std::filesystem::path json;   ///< empty: none
+  std::filesystem::path plots;  ///< folder; empty: none
+};
+
+/// The command line is not legal. The message is for people.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Empty if help was asked for, and printed. Throws UsageError.
+std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv);
+
+}  // namespace dacrt::bench

@@ -1,0 +1,28 @@
+#include "output_file.h"
+
+#include <fstream>
+#include <system_error>
+
+namespace dacrt::bench {
+
+void WriteFile(const std::filesystem::path& path, const std::string& text) {
+  std::filesystem::path unfinished = path;
+  unfinished += ".unfinished";
+  std::ofstream file(unfinished, std::ios::binary);
+  file << text;
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(unfinished, path, error);
+  if (!file || error) {
+    std::filesystem::remove(unfinished, error);
+    throw OutputError(path.string() + ": cannot be written");
+  }
+}
+
+void MakeFolder(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw OutputError(path.string() + ": " + error.message());
+}
+
+}  // namespace dacrt::bench

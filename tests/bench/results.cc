@@ -1,0 +1,106 @@
+#include "results.h"
+
+#include <algorithm>
+#include <fstream>
+
+namespace dacrt::bench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Count {
+  const char* name;
+  uint64_t Statistics::*value;
+};
+constexpr Count kCounts[] = {{"rays", &Statistics::rays},
+                             {"hits", &Statistics::hits},
+                             {"pieces", &Statistics::pieces},
+                             {"subproblems", &Statistics::subproblems},
+                             {"max_depth", &Statistics::max_depth},
+                             {"sampled_splits", &Statistics::sampled_splits},
+                             {"sah_splits", &Statistics::sah_splits},
+                             {"median_splits", &Statistics::median_splits},
+                             {"box_tests", &Statistics::box_tests},
+                             {"rays_filtered", &Statistics::rays_filtered},
+                             {"filters", &Statistics::filters},
+                             {"filters_skipped", &Statistics::filters_skipped},
+                             {"direct_solves", &Statistics::direct_solves},
+                             {"direct_rays", &Statistics::direct_rays},
+                             {"triangle_tests", &Statistics::triangle_tests}};
+
+Json ToJson(const Statistics& statistics) {
+  Json counts;
+  for (const Count& count : kCounts) counts[count.name] = statistics.*count.value;
+  Json seconds;
+  for (const Stage& stage : kStages) seconds[stage.name] = statistics.*stage.seconds;
+  return {{"counts", counts}, {"seconds", seconds}};
+}
+
+Json ToJson(const PassResult& pass, const std::vector<Method>& methods) {
+  Json seconds;
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    for (const Run& run : pass.by_method[i].runs) seconds[methods[i].name].push_back(run.seconds);
+  }
+  return {{"name", pass.pass.name},
+          {"query", pass.pass.query == Query::kAny ? "any" : "closest"},
+          {"rays", pass.rays},
+          {"seconds", seconds}};
+}
+
+Json ToJson(const FrameResult& frame) {
+  Json methods = Json::array();
+  for (std::size_t i = 0; i < frame.methods.size(); ++i) {
+    methods.push_back({{"name", frame.methods[i].name},
+                       {"median_seconds", frame.Seconds(i)},
+                       {"least_seconds", frame.LeastSeconds(i)},
+                       {"rays_per_second", frame.Rays() / frame.Seconds(i)},
+                       {"ratio_to_first", frame.Ratio(i, 0)},
+                       {"workspace_bytes", frame.workspace_bytes[i]},
+                       {"statistics", ToJson(frame.Total(i))}});
+  }
+  Json passes = Json::array();
+  for (const PassResult& pass : frame.passes) passes.push_back(ToJson(pass, frame.methods));
+  return {{"scene", frame.scene},
+          {"triangles", frame.triangles},
+          {"kind", frame.kind->name},
+          {"rays_a_side", frame.raster.rays_a_side()},
+          {"pixels_a_side", frame.raster.pixels_a_side()},
+          {"rays", frame.Rays()},
+          {"methods", methods},
+          {"passes", passes}};
+}
+
+Json ToJson(const std::vector<FrameResult>& frames) {
+  Json array = Json::array();
+  for (const FrameResult& frame : frames) array.push_back(ToJson(frame));
+  return array;
+}
+
+}  // namespace
+
+Json ToJson(const Results& results) {
+  return {{"benchmark", "method_bench"},
+          {"command", results.command},
+          {"processor", results.processor},
+          {"instruction_set", results.instruction_set},
+          {"threads", 1},
+          {"repeat", results.repeat},
+          {"comparison", ToJson(results.comparison)},
+          {"ablation", ToJson(results.ablation)},
+          {"unreadable", results.unreadable}};
+}
+
+std::string ProcessorName() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+double RestOf(const Statistics& statistics, double seconds) {
+  for (const Stage& stage : kStages) seconds -= statistics.*stage.seconds;
+  return std::max(seconds, 0.0);
+}
+
+}  // namespace dacrt::bench
