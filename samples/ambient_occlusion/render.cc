@@ -15,7 +15,7 @@ namespace {
 using Imath::V3f;
 
 constexpr V3f kStone(0.94f, 0.91f, 0.87f);  // where nothing occludes
-constexpr float kContrast = 1.3f;           // exponent
+constexpr float kContrast = 1.6f;           // exponent
 constexpr V3f kSky(0.62f, 0.74f, 0.88f);    // where there is nothing
 
 constexpr size_t kOcclusionRaysPerCall = size_t(1) << 21;

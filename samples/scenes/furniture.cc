@@ -1,5 +1,7 @@
 #include "scenes/furniture.h"
 
+#include <utility>
+
 namespace scenes {
 namespace {
 
@@ -214,7 +216,7 @@ void TableRunner(MeshBuilder& builder, const Frame& frame, double length) {
   constexpr double kHalfWidth = 0.17;
   constexpr double kHang = 0.3;
   const double run = length + 2 * kHang;
-  builder.Patch(frame, {.across = builder.Cells(12, 4), .along = builder.Cells(90, 24)},
+  builder.Patch(frame, {.across = builder.Cells(32, 6), .along = builder.Cells(60, 24)},
                 [&](double u, double v) {
                   const double s = run * v - kHang;  // along the table top
                   const double over = std::max({0.0, -s, s - length});
@@ -426,10 +428,11 @@ void Bookcase(MeshBuilder& builder, const Frame& frame, uint32_t seed) {
     builder.Box(frame, {left, y - kBoard, 0.015}, {right, y, kDepth - 0.01});
     double x = left + random.Between(0, 0.03);
     while (x < right - 0.09 * stoutness) {
-      const double choice = random.Between(0, 1);
+      constexpr double kWide = 0.28;  // needed by what is not a book
+      const double choice = x + kWide < right ? random.Between(0, 1) : 1;
       if (choice < 0.05) {  // a gap with a vase
         Vase(builder, frame.At(x + 0.12, y, 0.18).Scaled(0.32));
-        x += 0.25;
+        x += kWide;
       } else if (choice < 0.1) {  // a stack
         double top = y;
         for (int book = 0; book < 4; ++book) {
@@ -438,11 +441,11 @@ void Bookcase(MeshBuilder& builder, const Frame& frame, uint32_t seed) {
                       {-0.11, 0, -0.1}, {0.11, thickness, 0.14});
           top += thickness;
         }
-        x += 0.28;
+        x += kWide;
       } else {
         const double thickness = stoutness * random.Between(0.04, 0.085);
         const double height = random.Between(0.24, 0.36);
-        const double lean = choice > 0.93 ? 0.02 : 0;
+        const double lean = choice < 0.15 ? 0.02 : 0;
         Book(builder, frame.At(x + height * Sin(lean), y, 0.05).TurnedAboutZ(lean), thickness,
              height, random.Between(0.2, 0.24));
         x += thickness + 0.002 + height * Sin(lean);
@@ -644,6 +647,28 @@ void Carpet(MeshBuilder& builder, const Frame& frame, double length, double widt
     builder.Patch(frame, {.across = 1, .along = builder.Cells(120, 30)}, [&](double u, double v) {
       return V3d(length * v, u * height(length * v, z), z);
     });
+  }
+  // Cords, sewn on: a border, and lozenges between.
+  constexpr double kCord = 0.013;
+  constexpr double kY = kPile + 0.006;
+  const double border = 0.8 * half;
+  for (double z : {-border, border}) {
+    builder.Rod(frame, {0.1, kY, z}, {length - 0.1, kY, z}, kCord, 8);
+  }
+  const int lozenges = builder.Pieces(int(length / 1.2));
+  const double step = (length - 0.2) / lozenges;
+  for (int lozenge = 0; lozenge < lozenges; ++lozenge) {
+    const Frame middle = frame.At(0.1 + (lozenge + 0.5) * step, kY, 0);
+    for (double scale : {1.0, 0.45}) {
+      const double x = 0.5 * step * scale;
+      const double z = 0.9 * border * scale;
+      for (const auto& [from, to] : {std::pair{V3d(-x, 0, 0), V3d(0, 0, z)},
+                                     {V3d(0, 0, z), V3d(x, 0, 0)},
+                                     {V3d(x, 0, 0), V3d(0, 0, -z)},
+                                     {V3d(0, 0, -z), V3d(-x, 0, 0)}}) {
+        builder.Rod(middle, from, to, kCord, 8);
+      }
+    }
   }
   const int tassels = builder.Pieces(60);
   for (int tassel = 0; tassel < tassels; ++tassel) {

@@ -13,7 +13,7 @@
 namespace scenes {
 
 // Indexed triangles: three floats a vertex, three vertex numbers a triangle. Every index is in
-// range, every position finite, and no triangle names a vertex twice.
+// range, every position finite, and no triangle is degenerate. They face either way.
 struct Mesh {
   std::vector<float> positions;
   std::vector<uint32_t> indices;
