@@ -43,20 +43,14 @@ Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after) {
   return answer;
 }
 
-/// The record's values against what single precision can make of its triangle.
-bool ValuesAreAdmissible(const RTCRayHit& before, const RTCRayHit& after,
-                         const TriangleAnswer& truth) {
-  if (!truth.t.Admits(after.ray.tfar) || !truth.u.Admits(after.hit.u) ||
-      !truth.v.Admits(after.hit.v)) {
-    return false;
-  }
+/// Barycentrics and normal against what single precision can make of them.
+bool FitsBesideDistance(const RTCRayHit& before, const RTCRayHit& after,
+                        const TriangleAnswer& truth) {
+  if (!truth.u.Admits(after.hit.u) || !truth.v.Admits(after.hit.v)) return false;
   const float normal[3] = {after.hit.Ng_x, after.hit.Ng_y, after.hit.Ng_z};
   const float normal_before[3] = {before.hit.Ng_x, before.hit.Ng_y, before.hit.Ng_z};
-  bool is_written = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    is_written = is_written || !SameBits(normal[axis], normal_before[axis]);
-  }
-  if (!is_written) return true;  // a form without normals
+  // A form without normals leaves them as they were.
+  if (std::memcmp(normal, normal_before, sizeof(normal)) == 0) return true;
   for (int axis = 0; axis < 3; ++axis) {
     if (!truth.normal[axis].Admits(normal[axis])) return false;
   }
@@ -72,8 +66,15 @@ bool IsOptional(const RTCRay& ray, const TriangleAnswer& answer) {
 /// What the reference says of one library's answer.
 struct Judgement {
   std::string fault;             ///< empty: a correct computation may give this answer
+  bool is_moved = false;         ///< it has the distance of the triangle's box
   bool needs_slab_test = false;  ///< it may, if bounding-box tests may lose hits
   std::optional<TriangleAnswer> truth = std::nullopt;  ///< about the triangle that is named
+};
+
+/// What a library's bounding boxes do to its answers.
+enum class Boxes {
+  kMayLoseHits,  ///< the real library: its slab tests round either way
+  kMoveHits,     ///< the drop-in: no hit is lost, and one that lies beside its box is moved there
 };
 
 /// Judges hits and misses of one ray. What all triangles must answer is found once.
@@ -85,54 +86,48 @@ class Judge {
         before_(before),
         must_hits_(reference.MustHits(before.ray)) {}
 
-  /// The real library's box tests round either way; the drop-in's may not lose a hit.
-  Judgement Of(const Answer& answer, bool slab_test_may_miss) const {
+  Judgement Of(const Answer& answer, Boxes boxes) const {
     if (!answer.is_legal) return {"changed what no hit changes"};
-    if (!answer.is_hit) return OfMiss(slab_test_may_miss);
-    return query_ == Query::kClosest ? OfClosest(answer, slab_test_may_miss) : OfOccluded();
+    if (!answer.is_hit) return WithoutNearer(before_.ray.tfar, kInfinity, boxes);
+    return query_ == Query::kClosest ? OfClosest(answer, boxes) : OfOccluded();
   }
 
  private:
-  Judgement OfMiss(bool slab_test_may_miss) const {
-    return WithoutNearer(before_.ray.tfar, kInfinity, slab_test_may_miss);
-  }
-
-  Judgement OfClosest(const Answer& answer, bool slab_test_may_miss) const {
+  Judgement OfClosest(const Answer& answer, Boxes boxes) const {
     const RTCHit& hit = answer.record.hit;
+    const float t = answer.record.ray.tfar;
     const Corners* const corners = reference_.Find(hit.geomID, hit.primID, before_.ray.mask);
     if (!corners) return {"names a triangle that the ray cannot hit"};
-    const TriangleAnswer truth = TestTriangle(before_.ray, corners->v0, corners->v1, corners->v2);
-    if (!truth.MayHit()) return {"hits a triangle that the ray misses", false, truth};
-    if (!ValuesAreAdmissible(before_, answer.record, truth)) {
-      return {"has values beyond rounding", false, truth};
+    const TriangleAnswer truth = TestTriangle(before_.ray, *corners);
+    if (!truth.MayHit()) return {"hits a triangle that the ray misses"};
+    const bool is_moved = !truth.t.Admits(t) && boxes == Boxes::kMoveHits && !truth.MustHit() &&
+                          IsMovedIntoBox(before_.ray, *corners, truth.t, t);
+    if (!(truth.t.Admits(t) || is_moved) || !FitsBesideDistance(before_, answer.record, truth)) {
+      return {"has values beyond rounding"};
     }
-    const float t = answer.record.ray.tfar;
-    Judgement judgement = WithoutNearer(t, t, slab_test_may_miss);
+    Judgement judgement = WithoutNearer(t, t, boxes);
+    judgement.is_moved = is_moved;
     judgement.truth = truth;
     return judgement;
   }
 
   Judgement OfOccluded() const {
-    if (!must_hits_.empty()) return {{}, false, must_hits_.front().answer};
-    const std::vector<ReferenceHit> may_hits = reference_.MayHits(before_.ray);
-    if (may_hits.empty()) return {"is occluded where there is no triangle"};
-    // Of several the one that speaks most for a hit.
-    const auto best = std::max_element(may_hits.begin(), may_hits.end(),
-                                       [](const ReferenceHit& a, const ReferenceHit& b) {
-                                         return !a.answer.is_hit && b.answer.is_hit;
-                                       });
-    return {{}, false, best->answer};
+    const std::optional<ReferenceHit> hit =
+        must_hits_.empty() ? reference_.MayHit(before_.ray) : must_hits_.front();
+    if (!hit) return {"is occluded where there is no triangle"};
+    Judgement judgement;
+    judgement.truth = hit->answer;
+    return judgement;
   }
 
   /// Faults if there is a hit that is certain, and certainly before `limit`. `tfar` is what ends
   /// the box tests.
-  Judgement WithoutNearer(float tfar, double limit, bool slab_test_may_miss) const {
+  Judgement WithoutNearer(float tfar, double limit, Boxes boxes) const {
     Judgement judgement;
     for (const ReferenceHit& must : must_hits_) {
       if (IsOptional(before_.ray, must.answer)) continue;
       if (must.answer.t.value + must.answer.t.error >= limit) continue;
-      const Corners& c = must.corners;
-      if (!slab_test_may_miss || !SlabTestMayMiss(before_.ray, tfar, c.v0, c.v1, c.v2)) {
+      if (boxes != Boxes::kMayLoseHits || !SlabTestMayMiss(before_.ray, tfar, must.corners)) {
         return {"lacks the hit on geometry " + std::to_string(must.geometry_id) + ", primitive " +
                 std::to_string(must.primitive_id) + " at " + std::to_string(must.answer.t.value)};
       }
@@ -211,8 +206,8 @@ Comparison Unexplained(std::string reason) {
 
 const char* Name(Relation relation) {
   constexpr const char* kNames[kRelationCount] = {
-      "identical",       "rounding",  "tie",      "edge",  "interval",   "parallel",
-      "ill_conditioned", "slab_test", "withheld", "range", "unexplained"};
+      "identical",       "rounding", "tie",       "edge",     "interval", "parallel",
+      "ill_conditioned", "moved",    "slab_test", "withheld", "range",    "unexplained"};
   return kNames[static_cast<int>(relation)];
 }
 
@@ -243,9 +238,9 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
   }
 
   const Judge judge(reference_, query, before);
-  const Judgement of_drop_in = judge.Of(drop_in_answer, false);
+  const Judgement of_drop_in = judge.Of(drop_in_answer, Boxes::kMoveHits);
   if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
-  const Judgement of_real = judge.Of(real_answer, true);
+  const Judgement of_real = judge.Of(real_answer, Boxes::kMayLoseHits);
   if (!of_real.fault.empty()) return Unexplained("the real library " + of_real.fault);
   if (real_answer.is_hit && drop_in_answer.is_hit && real.hit.instID[0] != drop_in.hit.instID[0]) {
     return Unexplained("instID differs");
@@ -253,6 +248,7 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
 
   const Side right = SideOfExact(real_answer, of_real, drop_in_answer, of_drop_in);
   if (of_real.needs_slab_test) return {Relation::kSlabTest, right, {}};
+  if (of_drop_in.is_moved) return {Relation::kMoved, right, {}};
   if (both_name_one) return {Relation::kIllConditioned, right, {}};
   if (real_answer.is_hit && drop_in_answer.is_hit &&
       AreWithinUlps(real.ray.tfar, drop_in.ray.tfar, 2)) {
@@ -283,12 +279,12 @@ std::optional<std::string> Comparer::FindFault(Query query, const RTCRayHit& bef
     return "changed an inactive ray";
   }
   const Judge judge(reference_, query, before);
-  std::string fault = judge.Of(Read(query, before, after), false).fault;
+  std::string fault = judge.Of(Read(query, before, after), Boxes::kMoveHits).fault;
   if (fault.empty()) return std::nullopt;
   return fault;
 }
 
-std::string Comparer::Describe(Query query, const RTCRayHit& before, const RTCRayHit& real,
+std::string Comparer::Describe(Query query, const RTCRayHit& before, const RTCRayHit* real,
                                const RTCRayHit& drop_in) const {
   std::ostringstream text;
   // Hexadecimal: exact, and C++ can read it back.
@@ -314,7 +310,7 @@ std::string Comparer::Describe(Query query, const RTCRayHit& before, const RTCRa
          << hit.Ng_z << "} primID " << hit.primID << " geomID " << hit.geomID << " instID "
          << hit.instID[0] << '\n';
   };
-  describe_answer("real", real);
+  if (real) describe_answer("real", *real);
   describe_answer("drop-in", drop_in);
   if (FindsNothing(ray)) return text.str();
 

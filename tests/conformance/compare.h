@@ -22,12 +22,13 @@ enum class Relation {
   kInterval,        ///< a hit at tnear or tfar, counted by one
   kParallel,        ///< a triangle that is parallel to the ray, hit by one
   kIllConditioned,  ///< values, or an order of hits, that rounding leaves open by more than 16 ulp
+  kMoved,           ///< a hit beside an edge, which the drop-in moves into the triangle's box
   kSlabTest,        ///< the real library's bounding-box test loses a hit
   kWithheld,        ///< a ray that the real library aborts on; the drop-in is judged alone
   kRange,           ///< a product is beyond the range of single precision
   kUnexplained,
 };
-inline constexpr int kRelationCount = 11;
+inline constexpr int kRelationCount = 12;
 
 const char* Name(Relation relation);
 
@@ -64,8 +65,9 @@ class Comparer {
   std::optional<std::string> FindFault(Query query, const RTCRayHit& before,
                                        const RTCRayHit& after) const;
 
-  /// Ray, both answers and what the reference knows of them, in several lines.
-  std::string Describe(Query query, const RTCRayHit& before, const RTCRayHit& real,
+  /// Ray, answers and what the reference knows of them, in several lines. `real` is null if the
+  /// real library was not asked.
+  std::string Describe(Query query, const RTCRayHit& before, const RTCRayHit* real,
                        const RTCRayHit& drop_in) const;
 
  private:

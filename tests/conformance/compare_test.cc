@@ -22,10 +22,10 @@ RTCRayHit RayFrom(const Float3& origin, const Float3& direction) {
   return record;
 }
 
-constexpr Float3 kV0{0, 0, 0}, kV1{1, 0, 0}, kV2{0, 1, 0};
+constexpr Corners kUnitTriangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
 
 TriangleAnswer TestUnitTriangle(const RTCRayHit& record) {
-  return TestTriangle(record.ray, kV0, kV1, kV2);
+  return TestTriangle(record.ray, kUnitTriangle);
 }
 
 TEST(Reference, HitInTheMiddleIsCertain) {
@@ -75,15 +75,26 @@ TEST(Reference, RayInThePlaneIsParallel) {
 
 TEST(Reference, TriangleWithoutAreaIsNeverHit) {
   const RTCRayHit record = RayFrom({0, 0, 1}, {0, 0, -1});
-  EXPECT_FALSE(TestTriangle(record.ray, kV0, kV0, kV1).MayHit());
-  EXPECT_FALSE(TestTriangle(record.ray, kV0, kV0, kV0).MayHit());
+  EXPECT_FALSE(TestTriangle(record.ray, {{0, 0, 0}, {0, 0, 0}, {1, 0, 0}}).MayHit());
+  EXPECT_FALSE(TestTriangle(record.ray, {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}).MayHit());
 }
 
 TEST(Reference, SlabTestMayMissOnlyAtTheBox) {
   const RTCRayHit inside = RayFrom({0.3f, 0.3f, 2}, {0.01f, 0.02f, -1});
-  EXPECT_FALSE(SlabTestMayMiss(inside.ray, kInfinity, kV0, kV1, kV2));
+  EXPECT_FALSE(SlabTestMayMiss(inside.ray, kInfinity, kUnitTriangle));
   const RTCRayHit at_face = RayFrom({1, 0.3f, 2}, {0, 0.02f, -1});
-  EXPECT_TRUE(SlabTestMayMiss(at_face.ray, kInfinity, kV0, kV1, kV2));
+  EXPECT_TRUE(SlabTestMayMiss(at_face.ray, kInfinity, kUnitTriangle));
+}
+
+TEST(Reference, HitIsMovedIntoTheBoxOnlyFromBesideIt) {
+  const RTCRayHit through = RayFrom({-1, 0.25f, 0.75f}, {1, 0, -0.5f});
+  const Corners upright{{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}};
+  // The ray is in the box from x = 0 on, at t = 1, until z = 0, at t = 1.5.
+  EXPECT_TRUE(IsMovedIntoBox(through.ray, upright, {0.9, 0.1}, 1));
+  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {1.2, 0.1}, 1));
+  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {0.9, 0.1}, 1.1f));
+  EXPECT_TRUE(IsMovedIntoBox(through.ray, upright, {1.7, 0.1}, 1.5f));
+  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {1.2, 0.1}, 1.5f));
 }
 
 /// Single precision, in the library's own kernels, must agree with the bounds in double.
@@ -101,7 +112,7 @@ TEST(Reference, FindsNoFaultInTheRealLibrary) {
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const auto fault = comparer.FindFault(Query::kClosest, rays[i], traced[i]);
         EXPECT_FALSE(fault) << name << ": " << *fault << '\n'
-                            << comparer.Describe(Query::kClosest, rays[i], traced[i], traced[i]);
+                            << comparer.Describe(Query::kClosest, rays[i], &traced[i], traced[i]);
       }
     }
   }

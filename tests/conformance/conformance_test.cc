@@ -98,19 +98,26 @@ TEST_P(FormTest, EveryNumberOfRays) {
 INSTANTIATE_TEST_SUITE_P(Forms, FormTest, testing::ValuesIn(AllForms()),
                          [](const auto& form) { return Name(form.param); });
 
-TEST(LargeStreams, OfFourMillionRays) {
+class LargeStreamTest : public testing::TestWithParam<Form> {};
+
+TEST_P(LargeStreamTest, OfFourMillionRays) {
   // Small, so that the real library and brute force take little time.
   const TestScene scene = MakeScene("coplanar");
   const Devices devices("", {"isa=avx2"});
   Report report;
   Contest contest(devices, scene, report);
-  constexpr std::size_t kFourMillion = 4u << 20;
-  contest.Compare({Form::Call::kRecords}, Query::kClosest, "diffuse",
-                  contest.MakeRays(RayKind::kDiffuse, kFourMillion, kSeed));
-  contest.Compare({Form::Call::kArrays}, Query::kAny, "random_lines",
-                  contest.MakeRays(RayKind::kRandomLines, kFourMillion, kSeed));
+  const std::vector<RTCRayHit> rays = contest.MakeRays(RayKind::kDiffuse, 4u << 20, kSeed);
+  contest.Compare(GetParam(), Query::kClosest, "diffuse", rays);
+  contest.Compare(GetParam(), Query::kAny, "diffuse", rays);
   Check(report);
 }
+
+INSTANTIATE_TEST_SUITE_P(Forms, LargeStreamTest,
+                         testing::Values(Form{Form::Call::kRecords},
+                                         Form{Form::Call::kRecordPointers},
+                                         Form{Form::Call::kPackets, false, 8},
+                                         Form{Form::Call::kArrays}),
+                         [](const auto& form) { return Name(form.param); });
 
 /// Of triangles with the same vertices in the same order, the one with the smallest ids.
 class FirstOfEqual {

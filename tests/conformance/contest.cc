@@ -126,12 +126,12 @@ void Contest::CompareAnswers(const std::string& context, Query query, Tally& tal
     const Comparison comparison = RealLibraryAborts(before[i].ray)
                                       ? Comparison{Relation::kWithheld, Side::kDropIn, {}}
                                       : comparer_.Compare(query, before[i], real[i], drop_in[i]);
-    Count(context, query, tally, comparison, before[i], real[i], drop_in[i]);
+    Count(context, query, tally, comparison, before[i], &real[i], drop_in[i]);
   }
 }
 
 void Contest::Count(const std::string& context, Query query, Tally& tally,
-                    const Comparison& comparison, const RTCRayHit& before, const RTCRayHit& real,
+                    const Comparison& comparison, const RTCRayHit& before, const RTCRayHit* real,
                     const RTCRayHit& drop_in) {
   const Relation relation = comparison.relation;
   ++tally.relations[static_cast<int>(relation)];
@@ -161,7 +161,7 @@ void Contest::Audit(const std::string& context, Query query, Tally& tally,
     if (!fault) continue;
     Count(context, query, tally,
           {Relation::kUnexplained, Side::kNeither, "audited: the drop-in " + *fault}, before[i],
-          before[i], drop_in[i]);
+          nullptr, drop_in[i]);
   }
 }
 

@@ -72,7 +72,7 @@ class Contest {
                       std::span<const RTCRayHit> before, std::span<const RTCRayHit> real,
                       std::span<const RTCRayHit> drop_in);
   void Count(const std::string& context, Query query, Tally& tally, const Comparison& comparison,
-             const RTCRayHit& before, const RTCRayHit& real, const RTCRayHit& drop_in);
+             const RTCRayHit& before, const RTCRayHit* real, const RTCRayHit& drop_in);
   void Audit(const std::string& context, Query query, Tally& tally,
              std::span<const RTCRayHit> before, std::span<const RTCRayHit> drop_in);
 

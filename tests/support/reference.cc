@@ -54,7 +54,8 @@ struct Polynomials {
   double largest_product;
 };
 
-Polynomials Evaluate(const RTCRay& ray, const Float3& v0, const Float3& v1, const Float3& v2) {
+Polynomials Evaluate(const RTCRay& ray, const Corners& corners) {
+  const auto& [v0, v1, v2] = corners;
   const Double3 direction{ray.dir_x, ray.dir_y, ray.dir_z};
   const Double3 c = Double3(v0) - Double3{ray.org_x, ray.org_y, ray.org_z};
   const Double3 e1 = Double3(v0) - Double3(v1);
@@ -135,6 +136,41 @@ Bounded Quotient(const Bounded& numerator, const Bounded& determinant, double si
                      Gamma(kReciprocalOperations + 2) * std::abs(value)};
 }
 
+/// One axis of a triangle's bounding box, as a ray sees it.
+struct Slab {
+  Slab(const RTCRay& ray, const Corners& corners, int axis, double largest_reciprocal)
+      : origin((&ray.org_x)[axis]) {
+    const double direction = (&ray.dir_x)[axis];
+    const double lower = std::min({corners.v0[axis], corners.v1[axis], corners.v2[axis]});
+    const double upper = std::max({corners.v0[axis], corners.v1[axis], corners.v2[axis]});
+    reciprocal = std::copysign(std::min(1 / std::abs(direction), largest_reciprocal), direction);
+    near_plane = reciprocal < 0 ? upper : lower;
+    far_plane = reciprocal < 0 ? lower : upper;
+    near = (near_plane - origin) * reciprocal;
+    far = (far_plane - origin) * reciprocal;
+  }
+
+  double origin;
+  double reciprocal;  ///< of the direction
+  double near_plane, far_plane;
+  double near, far;  ///< distances to the planes
+};
+
+/// Where a point comes on a Morton curve through the bounds: near points at near places.
+uint32_t PlaceOnCurve(const Float3& point, const TestScene::Corners& bounds) {
+  constexpr uint32_t kBits = 10;
+  uint32_t place = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float extent = bounds.upper[axis] - bounds.lower[axis];
+    const float share = extent > 0 ? (point[axis] - bounds.lower[axis]) / extent : 0;
+    const auto cell = static_cast<uint32_t>(share * ((1u << kBits) - 1));
+    for (uint32_t bit = 0; bit < kBits; ++bit) {
+      place |= ((cell >> bit) & 1) << (3 * bit + static_cast<uint32_t>(axis));
+    }
+  }
+  return place;
+}
+
 /// The coordinates beyond which Embree leaves a triangle out.
 bool IsLegal(const Float3& vertex) {
   constexpr float kLargest = 1.844e18f;
@@ -144,9 +180,8 @@ bool IsLegal(const Float3& vertex) {
 
 }  // namespace
 
-TriangleAnswer TestTriangle(const RTCRay& ray, const Float3& v0, const Float3& v1,
-                            const Float3& v2) {
-  const Polynomials p = Evaluate(ray, v0, v1, v2);
+TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners) {
+  const Polynomials p = Evaluate(ray, corners);
   TriangleAnswer answer;
   if (p.determinant.value == 0 && p.determinant.error == 0) return answer;
 
@@ -174,28 +209,21 @@ TriangleAnswer TestTriangle(const RTCRay& ray, const Float3& v0, const Float3& v
   return answer;
 }
 
-bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Float3& v0, const Float3& v1,
-                     const Float3& v2) {
+bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners) {
   // Embree's reciprocals of direction components stay below this, also those of zeros.
   constexpr double kLargestReciprocal = 1e18;
-  const Double3 origin{ray.org_x, ray.org_y, ray.org_z};
-  const Double3 direction{ray.dir_x, ray.dir_y, ray.dir_z};
   Bounded near[4] = {{std::max(0.0, static_cast<double>(ray.tnear)), 0}};
   Bounded far[4] = {{tfar, 0}};
   for (int axis = 0; axis < 3; ++axis) {
-    const double lower = std::min({v0[axis], v1[axis], v2[axis]});
-    const double upper = std::max({v0[axis], v1[axis], v2[axis]});
-    const double reciprocal =
-        std::copysign(std::min(1 / std::abs(direction[axis]), kLargestReciprocal), direction[axis]);
+    const Slab slab(ray, corners, axis, kLargestReciprocal);
     // (plane - origin) * reciprocal, or with fused multiply-add plane * reciprocal - origin *
     // reciprocal, where the second product is rounded on its own.
-    const auto distance = [&](double plane) {
-      const double value = (plane - origin[axis]) * reciprocal;
-      return Bounded{value, Gamma(kReciprocalOperations + 2) * std::abs(value) +
-                                Gamma(1) * std::abs(origin[axis] * reciprocal)};
+    const auto with_error = [&](double distance) {
+      return Bounded{distance, Gamma(kReciprocalOperations + 2) * std::abs(distance) +
+                                   Gamma(1) * std::abs(slab.origin * slab.reciprocal)};
     };
-    near[axis + 1] = distance(reciprocal < 0 ? upper : lower);
-    far[axis + 1] = distance(reciprocal < 0 ? lower : upper);
+    near[axis + 1] = with_error(slab.near);
+    far[axis + 1] = with_error(slab.far);
   }
   for (int n = 0; n < 4; ++n) {
     for (int f = 0; f < 4; ++f) {
@@ -208,23 +236,71 @@ bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Float3& v0, const Floa
   return false;
 }
 
+bool IsMovedIntoBox(const RTCRay& ray, const Corners& corners, const Bounded& exact, float t) {
+  // dacrt's own constants, and the difference, the reciprocal, the product and the slack's product.
+  constexpr double kLargestReciprocal = 1e36;
+  constexpr double kWidening = 0x1p-22, kWideningAbsolute = 1e-20;
+  constexpr double kSlack = 0x1p-16;
+  constexpr double kRounding = Gamma(4);
+  double first_entry = -kInfinity, last_entry = -kInfinity;
+  double first_exit = kInfinity, last_exit = kInfinity;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Slab slab(ray, corners, axis, kLargestReciprocal);
+    const auto widened = [&](double plane) {
+      return ((kWidening + kUnit) * std::abs(plane) + kWideningAbsolute) *
+             std::abs(slab.reciprocal);
+    };
+    const double entry_error = (kSlack + kRounding) * std::abs(slab.near);
+    const double exit_error = (kSlack + kRounding) * std::abs(slab.far);
+    first_entry = std::max(first_entry, slab.near - widened(slab.near_plane) - entry_error);
+    last_entry = std::max(last_entry, slab.near + entry_error);
+    first_exit = std::min(first_exit, slab.far - exit_error);
+    last_exit = std::min(last_exit, slab.far + widened(slab.far_plane) + exit_error);
+  }
+  const bool is_moved_up =
+      exact.value - exact.error <= last_entry && t >= first_entry && t <= last_entry;
+  const bool is_moved_down =
+      exact.value + exact.error >= first_exit && t >= first_exit && t <= last_exit;
+  return is_moved_up || is_moved_down;
+}
+
 Reference::Reference(const TestScene& scene) {
+  const TestScene::Corners bounds = scene.Bounds();
+  std::vector<std::pair<uint32_t, Item>> placed;
   for (const TestMesh& mesh : scene.meshes) {
     if (!mesh.enabled) continue;
-    std::vector<uint32_t>& geometry = geometries_[mesh.geometry_id];
-    geometry.assign(mesh.triangles.size(), kNoItem);
+    geometries_[mesh.geometry_id].assign(mesh.triangles.size(), kNoItem);
     for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
       const auto& vertex = mesh.triangles[i].vertex;
       const Corners corners{mesh.positions[vertex[0]], mesh.positions[vertex[1]],
                             mesh.positions[vertex[2]]};
       if (!IsLegal(corners.v0) || !IsLegal(corners.v1) || !IsLegal(corners.v2)) continue;
-      geometry[i] = static_cast<uint32_t>(items_.size());
-      items_.push_back({mesh.geometry_id, i, mesh.mask, corners});
-      const Double3 v0(corners.v0), v1(corners.v1), v2(corners.v2);
-      const Double3 center = (1.0 / 3) * (v0 + v1 + v2);
-      spheres_.push_back(
-          {center, std::max({Length(v0 - center), Length(v1 - center), Length(v2 - center)})});
+      placed.push_back(
+          {PlaceOnCurve(corners.v0, bounds), {mesh.geometry_id, i, mesh.mask, corners}});
     }
+  }
+  std::stable_sort(placed.begin(), placed.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+
+  for (const auto& [place, item] : placed) {
+    geometries_[item.geometry_id][item.primitive_id] = static_cast<uint32_t>(items_.size());
+    items_.push_back(item);
+    const Double3 v0(item.corners.v0), v1(item.corners.v1), v2(item.corners.v2);
+    const Double3 center = (1.0 / 3) * (v0 + v1 + v2);
+    spheres_.push_back(
+        {center, std::max({Length(v0 - center), Length(v1 - center), Length(v2 - center)})});
+  }
+  for (std::size_t first = 0; first < spheres_.size(); first += kGroup) {
+    const std::size_t end = std::min(first + kGroup, spheres_.size());
+    Sphere group{{}, 0};
+    for (std::size_t i = first; i < end; ++i) {
+      group.center = group.center + (1.0 / static_cast<double>(end - first)) * spheres_[i].center;
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      group.radius =
+          std::max(group.radius, Length(spheres_[i].center - group.center) + spheres_[i].radius);
+    }
+    group_spheres_.push_back(group);
   }
 }
 
@@ -237,38 +313,58 @@ const Corners* Reference::Find(uint32_t geometry_id, uint32_t primitive_id,
   return &items_[item].corners;
 }
 
-std::vector<ReferenceHit> Reference::MustHits(const RTCRay& ray) const {
-  // What is hit for certain is hit by exact arithmetic, so the line passes through the sphere
-  // about it. Double rounding is far below this share of the lengths involved.
+bool Reference::IsNear(const RTCRay& ray, const Sphere& sphere, double scale) {
+  // Double rounding is far below this share of the lengths involved.
   constexpr double kSlack = 1e-9;
-  const Double3 origin{ray.org_x, ray.org_y, ray.org_z};
-  const Double3 direction = Normalized(Double3{ray.dir_x, ray.dir_y, ray.dir_z});
-  std::vector<ReferenceHit> hits;
-  for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    const Double3 to_center = spheres_[i].center - origin;
-    const Double3 offset = Cross(to_center, direction);
-    const double distance_squared = Dot(to_center, to_center);
-    const double radius = spheres_[i].radius;
-    if (Dot(offset, offset) > radius * radius + kSlack * (distance_squared + radius * radius)) {
-      continue;
-    }
-    const Item& item = items_[i];
-    if ((item.mask & ray.mask) == 0) continue;
-    const TriangleAnswer answer =
-        TestTriangle(ray, item.corners.v0, item.corners.v1, item.corners.v2);
-    if (answer.MustHit()) {
-      hits.push_back({item.geometry_id, item.primitive_id, item.corners, answer});
+  const Double3 direction{ray.dir_x, ray.dir_y, ray.dir_z};
+  const Double3 to_center = sphere.center - Double3{ray.org_x, ray.org_y, ray.org_z};
+  const Double3 offset = Cross(to_center, direction);
+  const double radius = scale * sphere.radius;
+  const double limit = radius * radius + kSlack * (Dot(to_center, to_center) + radius * radius);
+  return Dot(offset, offset) <= limit * Dot(direction, direction);
+}
+
+template <typename Visit>
+void Reference::ForEachNear(const RTCRay& ray, double scale, const Visit& visit) const {
+  for (std::size_t group = 0; group < group_spheres_.size(); ++group) {
+    if (!IsNear(ray, group_spheres_[group], scale)) continue;
+    const std::size_t end = std::min((group + 1) * kGroup, items_.size());
+    for (std::size_t i = group * kGroup; i < end; ++i) {
+      if (!IsNear(ray, spheres_[i], scale)) continue;
+      const Item& item = items_[i];
+      if ((item.mask & ray.mask) == 0) continue;
+      const TriangleAnswer answer = TestTriangle(ray, item.corners);
+      if (!answer.MayHit()) continue;
+      visit(ReferenceHit{item.geometry_id, item.primitive_id, item.corners, answer});
     }
   }
+}
+
+std::vector<ReferenceHit> Reference::MustHits(const RTCRay& ray) const {
+  // What is hit for certain is hit by exact arithmetic, so the line passes through its sphere.
+  std::vector<ReferenceHit> hits;
+  ForEachNear(ray, 1, [&](const ReferenceHit& hit) {
+    if (hit.answer.MustHit()) hits.push_back(hit);
+  });
   return hits;
+}
+
+std::optional<ReferenceHit> Reference::MayHit(const RTCRay& ray) const {
+  std::optional<ReferenceHit> found;
+  // Most are near; long thin triangles may be hit far beside them.
+  ForEachNear(ray, 2, [&](const ReferenceHit& hit) {
+    if (!found || (hit.answer.is_hit && !found->answer.is_hit)) found = hit;
+  });
+  if (found) return found;
+  const std::vector<ReferenceHit> hits = MayHits(ray);
+  return hits.empty() ? std::nullopt : std::optional(hits.front());
 }
 
 std::vector<ReferenceHit> Reference::MayHits(const RTCRay& ray) const {
   std::vector<ReferenceHit> hits;
   for (const Item& item : items_) {
     if ((item.mask & ray.mask) == 0) continue;
-    const TriangleAnswer answer =
-        TestTriangle(ray, item.corners.v0, item.corners.v1, item.corners.v2);
+    const TriangleAnswer answer = TestTriangle(ray, item.corners);
     if (answer.MayHit()) {
       hits.push_back({item.geometry_id, item.primitive_id, item.corners, answer});
     }

@@ -10,6 +10,7 @@
 #include <embree3/rtcore.h>
 
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -45,9 +46,12 @@ struct TriangleAnswer {
   bool MustHit() const { return is_hit && doubts == kNoDoubt; }
 };
 
+struct Corners {
+  Float3 v0, v1, v2;
+};
+
 /// The ray's interval is (tnear, tfar] as in the record. Its ends may be infinite, nothing else.
-TriangleAnswer TestTriangle(const RTCRay& ray, const Float3& v0, const Float3& v1,
-                            const Float3& v2);
+TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners);
 
 /// Whether single-precision slab tests may lose a hit on the triangle with these corners: whether
 /// the ray misses its bounding box if each distance is off by its rounding error. `tfar` is where
@@ -55,12 +59,15 @@ TriangleAnswer TestTriangle(const RTCRay& ray, const Float3& v0, const Float3& v
 ///
 /// A box that holds the triangle's, as those of a hierarchy do, is lost only if this one may be:
 /// the float distance to a plane is monotone in the plane.
-bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Float3& v0, const Float3& v1,
-                     const Float3& v2);
+bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners);
 
-struct Corners {
-  Float3 v0, v1, v2;
-};
+/// Whether `t` is where the ray enters or leaves the triangle's bounding box, and rounding may put
+/// the hit with the distance `exact` before or behind the box.
+///
+/// dacrt moves such a hit to the box, which it widens by two ulp and by a share of 2^-16 of the
+/// distance: beside an edge within rounding, at a grazing angle, the triangle's plane is met far
+/// from the triangle.
+bool IsMovedIntoBox(const RTCRay& ray, const Corners& corners, const Bounded& exact, float t);
 
 struct ReferenceHit {
   uint32_t geometry_id;
@@ -81,6 +88,10 @@ class Reference {
   /// Every triangle that any correct single-precision computation hits.
   std::vector<ReferenceHit> MustHits(const RTCRay& ray) const;
 
+  /// A triangle that some correct single-precision computation hits; if there are several, rather
+  /// one that exact arithmetic hits. Slow if there is none.
+  std::optional<ReferenceHit> MayHit(const RTCRay& ray) const;
+
   /// Every triangle that some correct single-precision computation hits. Slow.
   std::vector<ReferenceHit> MayHits(const RTCRay& ray) const;
 
@@ -96,8 +107,19 @@ class Reference {
     double radius;
   };
 
-  std::vector<Item> items_;      ///< the triangles that rays can hit
-  std::vector<Sphere> spheres_;  ///< about each item
+  static bool IsNear(const RTCRay& ray, const Sphere& sphere, double scale);
+
+  /// Calls `visit(hit)` for the triangles that may be hit among those whose bounding spheres,
+  /// enlarged by `scale`, the ray's line meets.
+  template <typename Visit>
+  void ForEachNear(const RTCRay& ray, double scale, const Visit& visit) const;
+
+  /// The triangles that rays can hit, neighbours in space near each other, and a sphere about each
+  /// triangle and about each group of kGroup.
+  static constexpr std::size_t kGroup = 32;
+  std::vector<Item> items_;
+  std::vector<Sphere> spheres_;
+  std::vector<Sphere> group_spheres_;
 
   /// For each geometry, which item a triangle became; kNoItem if rays cannot hit it.
   static constexpr uint32_t kNoItem = UINT32_MAX;

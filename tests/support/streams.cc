@@ -343,8 +343,7 @@ void ReplaceAbsent(const Form& form, std::span<RTCRayHit> rays) {
 std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query query,
                              std::span<const RTCRayHit> rays) {
   const std::size_t words = query == Query::kClosest ? kRayHitWords : kRayWords;
-  const PackedRays before(LayoutOf(form, words, rays.size()), words, rays);
-  PackedRays after = before;
+  PackedRays packed(LayoutOf(form, words, rays.size()), words, rays);
 
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -353,30 +352,30 @@ std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query q
   const EmbreeApi& api = scene.api();
   switch (form.call) {
     case Form::Call::kRecord:
-      TraceRecords(api, scene.handle(), context, query, after);
+      TraceRecords(api, scene.handle(), context, query, packed);
       break;
     case Form::Call::kPacket:
-      TracePackets(api, scene.handle(), context, query, rays.size(), after);
+      TracePackets(api, scene.handle(), context, query, rays.size(), packed);
       break;
     case Form::Call::kRecords:
-      TraceRecordStream(api, scene.handle(), context, query, after);
+      TraceRecordStream(api, scene.handle(), context, query, packed);
       break;
     case Form::Call::kRecordPointers:
-      TracePointerStream(api, scene.handle(), context, query, after);
+      TracePointerStream(api, scene.handle(), context, query, packed);
       break;
     case Form::Call::kPackets:
-      TracePacketStream(api, scene.handle(), context, query, after);
+      TracePacketStream(api, scene.handle(), context, query, packed);
       break;
     case Form::Call::kArrays:
     case Form::Call::kRequiredArrays:
       TraceArrays(api, scene.handle(), context, query, rays.size(),
-                  form.call == Form::Call::kRequiredArrays, after);
+                  form.call == Form::Call::kRequiredArrays, packed);
       break;
   }
 
-  std::vector<RTCRayHit> result = after.Unpack(rays);
+  std::vector<RTCRayHit> result = packed.Unpack(rays);
   // The records put where they came from must give the memory that the call left behind.
-  if (PackedRays(after.layout(), words, result) == after) return result;
+  if (PackedRays(packed.layout(), words, result) == packed) return result;
   throw std::runtime_error(api.path + " wrote outside of the records in a call of form " +
                            Name(form) + ", " + Name(query));
 }
