@@ -17,7 +17,7 @@ namespace {
 constexpr double kMillion = 1e6;
 
 std::vector<std::string> FrameCells(const FrameResult& frame) {
-  return {frame.scene, frame.kind->title, Squared(frame.raster.rays_a_side())};
+  return {frame.scene, frame.kind->name, Squared(frame.raster.rays_a_side())};
 }
 
 // Times and rates of every algorithm, and of all but the first their ratio to it.
@@ -25,12 +25,12 @@ void PrintComparison(const std::vector<FrameResult>& frames, std::ostream& out) 
   const std::vector<Method>& methods = frames.front().methods;
   std::vector<std::string> header = {"scene", "frame", "rays a pass", "triangles", "M rays"};
   for (const Method& method : methods) {
-    header.push_back(method.name + " s");
+    header.push_back(method.name);
     header.push_back("least");
     header.push_back("M/s");
   }
   for (std::size_t i = 1; i < methods.size(); ++i) {
-    header.push_back(methods[i].name + " / " + methods[0].name);
+    header.push_back(methods[i].name + " x");
     header.push_back("paper");
   }
   constexpr std::size_t kLeft = 2;
@@ -53,8 +53,11 @@ void PrintComparison(const std::vector<FrameResult>& frames, std::ostream& out) 
     }
     table.Add(std::move(row));
   }
-  out << "\nTime of a frame: the sum over its passes of the median of the runs; least: of the "
-         "fastest.\nPaper: 4096^2 rays a pass; its San Miguel stands beside scenes of a million "
+  out << "\nSeconds for all passes of a frame: of each pass the median run; least: the fastest "
+         "run.\n"
+         "x: time over that of "
+      << methods[0].name
+      << ". Paper: 4096^2 rays a pass; its San Miguel stands beside scenes of a million "
          "triangles and more.\n\n";
   table.Print(out);
 }

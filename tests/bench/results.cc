@@ -44,6 +44,7 @@ Json ToJson(const PassResult& pass, const std::vector<Method>& methods) {
   return {{"name", pass.pass.name},
           {"query", pass.pass.query == Query::kAny ? "any" : "closest"},
           {"rays", pass.rays},
+          {"hits", pass.by_method.front().Median().statistics.hits},
           {"seconds", seconds}};
 }
 
