@@ -1,0 +1,143 @@
+// Calls from several threads at once: the answers are those of one thread.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "session.h"
+
+namespace dacrt::tests {
+namespace {
+
+constexpr int kThreads = 4;
+
+/// Runs `body(thread number)` on kThreads threads at once.
+void OnThreads(const std::function<void(int)>& body) {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kThreads; ++i) threads.emplace_back(body, i);
+  for (std::thread& thread : threads) thread.join();
+}
+
+/// A committed scene of `count` small triangles at random places in the unit cube.
+RTCScene TriangleSoup(Session& s, unsigned int seed, unsigned int count) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(0, 1);
+  const RTCGeometry geometry = s.NewGeometry();
+  auto* const vertices = static_cast<float*>(s.api.rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3 * count));
+  auto* const indices = static_cast<unsigned int*>(s.api.rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
+  for (unsigned int triangle = 0; triangle < count; ++triangle) {
+    const float corner[3] = {unit(random), unit(random), unit(random)};
+    for (unsigned int i = 0; i < 9; ++i) {
+      vertices[9 * triangle + i] = corner[i % 3] + 0.05f * unit(random);
+    }
+    for (unsigned int i = 0; i < 3; ++i) indices[3 * triangle + i] = 3 * triangle + i;
+  }
+  s.api.rtcCommitGeometry(geometry);
+  return s.SceneOf(geometry);
+}
+
+std::vector<RTCRayHit> RandomRays(unsigned int seed, std::size_t count) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<RTCRayHit> rays(count, RayAt(0));
+  for (RTCRayHit& record : rays) {
+    record.ray.org_x = unit(random);
+    record.ray.org_y = unit(random);
+    record.ray.org_z = -1;
+    record.ray.dir_x = unit(random) - 0.5f;
+    record.ray.dir_y = unit(random) - 0.5f;
+  }
+  return rays;
+}
+
+std::vector<RTCRayHit> Answer(Session& s, RTCScene scene, std::vector<RTCRayHit> rays) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  s.api.rtcIntersect1M(scene, &context, rays.data(), static_cast<unsigned int>(rays.size()),
+                       sizeof rays[0]);
+  return rays;
+}
+
+bool AreEqual(const std::vector<RTCRayHit>& a, const std::vector<RTCRayHit>& b) {
+  return std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+}
+
+TEST(Concurrency, ThreadsTraceOneScene) {
+  Session s(DropIn());
+  const RTCScene scene = TriangleSoup(s, 1, 5000);
+  const std::size_t sizes[kThreads] = {1, 300, 5000, 40000};
+  std::vector<std::vector<RTCRayHit>> expected;
+  for (int i = 0; i < kThreads; ++i) {
+    expected.push_back(Answer(s, scene, RandomRays(i, sizes[i])));
+  }
+  OnThreads([&](int i) {
+    for (int repeat = 0; repeat < 10; ++repeat) {
+      EXPECT_TRUE(AreEqual(Answer(s, scene, RandomRays(i, sizes[i])), expected[i]));
+    }
+  });
+}
+
+TEST(Concurrency, ThreadsMakeAndTraceScenesOfTheirOwn) {
+  Session s(DropIn());
+  std::vector<std::vector<RTCRayHit>> expected;
+  for (int i = 0; i < kThreads; ++i) {
+    expected.push_back(Answer(s, TriangleSoup(s, 10 + i, 2000), RandomRays(i, 5000)));
+  }
+  OnThreads([&](int i) {
+    for (int repeat = 0; repeat < 5; ++repeat) {
+      Session own(DropIn());
+      EXPECT_TRUE(
+          AreEqual(Answer(own, TriangleSoup(own, 10 + i, 2000), RandomRays(i, 5000)), expected[i]));
+    }
+  });
+}
+
+TEST(Concurrency, ThreadsAttachToOneSceneAndCommitItTogether) {
+  Session s(DropIn());
+  constexpr int kEach = 50;
+  const RTCScene scene = s.NewScene();
+  std::vector<RTCGeometry> geometries;
+  for (int i = 0; i < kThreads * kEach; ++i) {
+    geometries.push_back(s.Triangle(static_cast<float>(i)));
+  }
+  OnThreads([&](int thread) {
+    for (int i = 0; i < kEach; ++i) {
+      const RTCGeometry geometry = geometries[thread * kEach + i];
+      const unsigned int id = s.api.rtcAttachGeometry(scene, geometry);
+      EXPECT_EQ(s.api.rtcGetGeometryThreadSafe(scene, id), geometry);
+    }
+  });
+  std::vector<unsigned int> hits(kThreads);
+  OnThreads([&](int thread) {
+    s.api.rtcJoinCommitScene(scene);
+    hits[thread] = s.HitGeometry(scene);  // Committed whichever thread did it.
+  });
+  for (const unsigned int hit : hits) {
+    EXPECT_EQ(s.api.rtcGetGeometry(scene, hit), geometries[0]);
+  }
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+TEST(Concurrency, ReferencesAreCountedFromAnyThread) {
+  const Api& api = DropIn();
+  Session s(api);
+  const RTCScene scene = s.SceneOf(s.Triangle());
+  OnThreads([&](int) {
+    for (int i = 0; i < 1000; ++i) {
+      api.rtcRetainScene(scene);
+      const RTCGeometry geometry = api.rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+      api.rtcReleaseGeometry(geometry);
+      api.rtcReleaseScene(scene);
+    }
+  });
+  EXPECT_EQ(s.HitGeometry(scene), 0u);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+}  // namespace
+}  // namespace dacrt::tests

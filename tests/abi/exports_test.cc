@@ -1,0 +1,30 @@
+// The drop-in exports what the real library exports, and nothing else.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "elf_file.h"
+
+namespace dacrt::tests {
+namespace {
+
+TEST(Exports, AreTheRealLibrarys) {
+  EXPECT_EQ(ReadElfFile(DACRT_DROP_IN).exports, ReadElfFile(DACRT_REAL_EMBREE).exports);
+}
+
+TEST(Exports, AreTheListedOnes) {
+  std::ifstream file(DACRT_EXPORT_LIST);
+  const std::set<std::string> listed{std::istream_iterator<std::string>(file), {}};
+  EXPECT_EQ(listed.size(), 101u);
+  EXPECT_EQ(ReadElfFile(DACRT_DROP_IN).exports, listed);
+}
+
+TEST(Exports, HaveNoVersions) { EXPECT_FALSE(ReadElfFile(DACRT_DROP_IN).has_versions); }
+
+TEST(Soname, IsTheRealLibrarys) {
+  EXPECT_EQ(ReadElfFile(DACRT_DROP_IN).soname, "libembree3.so.3");
+  EXPECT_EQ(ReadElfFile(DACRT_REAL_EMBREE).soname, "libembree3.so.3");
+}
+
+}  // namespace
+}  // namespace dacrt::tests

@@ -1,0 +1,229 @@
+// What the drop-in does not do yet: every such function is there, says so, and crashes on nothing.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <vector>
+
+#include "session.h"
+
+namespace dacrt::tests {
+namespace {
+
+/// The only error that the session's device was told of, which it no longer has.
+void ExpectRefusal(Session& s, const std::string& function, const std::string& what = "") {
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_OPERATION) << function;
+  ASSERT_EQ(s.reports.size(), 1u) << function;
+  EXPECT_TRUE(s.reports[0].message.starts_with(function + ": ")) << s.reports[0].message;
+  EXPECT_NE(s.reports[0].message.find(what), std::string::npos) << s.reports[0].message;
+  s.reports.clear();
+}
+
+TEST(Unsupported, GeometryTypesAreNamed) {
+  Session s(DropIn());
+  const std::pair<RTCGeometryType, const char*> types[] = {
+      {RTC_GEOMETRY_TYPE_QUAD, "quad mesh"},
+      {RTC_GEOMETRY_TYPE_GRID, "grid mesh"},
+      {RTC_GEOMETRY_TYPE_SUBDIVISION, "subdivision surface"},
+      {RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE, "linear curve"},
+      {RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE, "Bezier curve"},
+      {RTC_GEOMETRY_TYPE_ROUND_BSPLINE_CURVE, "B-spline curve"},
+      {RTC_GEOMETRY_TYPE_ROUND_HERMITE_CURVE, "Hermite curve"},
+      {RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE, "Catmull-Rom curve"},
+      {RTC_GEOMETRY_TYPE_SPHERE_POINT, "point"},
+      {RTC_GEOMETRY_TYPE_USER, "user geometry"},
+      {RTC_GEOMETRY_TYPE_INSTANCE, "instance"}};
+  for (const auto& [type, name] : types) {
+    EXPECT_EQ(s.api.rtcNewGeometry(s.device, type), nullptr);
+    ExpectRefusal(s, "rtcNewGeometry", name);
+  }
+}
+
+TEST(Unsupported, PropertiesTellTheTruth) {
+  Session s(DropIn());
+  for (const RTCDeviceProperty property :
+       {RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED, RTC_DEVICE_PROPERTY_QUAD_GEOMETRY_SUPPORTED,
+        RTC_DEVICE_PROPERTY_SUBDIVISION_GEOMETRY_SUPPORTED,
+        RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED, RTC_DEVICE_PROPERTY_USER_GEOMETRY_SUPPORTED,
+        RTC_DEVICE_PROPERTY_POINT_GEOMETRY_SUPPORTED}) {
+    EXPECT_EQ(s.api.rtcGetDeviceProperty(s.device, property), 0) << property;
+  }
+}
+
+TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
+  Session s(DropIn());
+  const Api& api = s.api;
+  const RTCGeometry g = s.Triangle();
+  const RTCScene scene = s.SceneOf(g);
+  RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments*) {};
+  RTCPointQueryFunction on_point = [](RTCPointQueryFunctionArguments*) { return false; };
+  float transform[16] = {};
+  RTCQuaternionDecomposition quaternion;
+  rtcInitQuaternionDecomposition(&quaternion);
+  RTCInterpolateArguments interpolate{};
+  RTCInterpolateNArguments interpolate_n{};
+  interpolate.geometry = interpolate_n.geometry = g;
+  constexpr unsigned int kNoHalfEdge = ~0u;
+  constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
+
+  const std::pair<const char*, std::function<void()>> calls[] = {
+      {"rtcSetGeometryIntersectFilterFunction",
+       [&] { api.rtcSetGeometryIntersectFilterFunction(g, filter); }},
+      {"rtcSetGeometryOccludedFilterFunction",
+       [&] { api.rtcSetGeometryOccludedFilterFunction(g, filter); }},
+      {"rtcSetGeometryPointQueryFunction",
+       [&] { api.rtcSetGeometryPointQueryFunction(g, on_point); }},
+      {"rtcSetGeometryUserPrimitiveCount", [&] { api.rtcSetGeometryUserPrimitiveCount(g, 1); }},
+      {"rtcSetGeometryBoundsFunction",
+       [&] { api.rtcSetGeometryBoundsFunction(g, nullptr, nullptr); }},
+      {"rtcSetGeometryIntersectFunction", [&] { api.rtcSetGeometryIntersectFunction(g, nullptr); }},
+      {"rtcSetGeometryOccludedFunction", [&] { api.rtcSetGeometryOccludedFunction(g, nullptr); }},
+      {"rtcSetGeometryInstancedScene", [&] { api.rtcSetGeometryInstancedScene(g, scene); }},
+      {"rtcSetGeometryTransform", [&] { api.rtcSetGeometryTransform(g, 0, kMatrix, transform); }},
+      {"rtcSetGeometryTransformQuaternion",
+       [&] { api.rtcSetGeometryTransformQuaternion(g, 0, &quaternion); }},
+      {"rtcGetGeometryTransform", [&] { api.rtcGetGeometryTransform(g, 0, kMatrix, transform); }},
+      {"rtcSetGeometryMaxRadiusScale", [&] { api.rtcSetGeometryMaxRadiusScale(g, 1); }},
+      {"rtcSetGeometryTessellationRate", [&] { api.rtcSetGeometryTessellationRate(g, 1); }},
+      {"rtcSetGeometryTopologyCount", [&] { api.rtcSetGeometryTopologyCount(g, 1); }},
+      {"rtcSetGeometrySubdivisionMode",
+       [&] { api.rtcSetGeometrySubdivisionMode(g, 0, RTC_SUBDIVISION_MODE_PIN_ALL); }},
+      {"rtcSetGeometryVertexAttributeTopology",
+       [&] { api.rtcSetGeometryVertexAttributeTopology(g, 0, 0); }},
+      {"rtcSetGeometryDisplacementFunction",
+       [&] { api.rtcSetGeometryDisplacementFunction(g, nullptr); }},
+      {"rtcGetGeometryFirstHalfEdge",
+       [&] { EXPECT_EQ(api.rtcGetGeometryFirstHalfEdge(g, 0), kNoHalfEdge); }},
+      {"rtcGetGeometryFace", [&] { EXPECT_EQ(api.rtcGetGeometryFace(g, 0), kNoHalfEdge); }},
+      {"rtcGetGeometryNextHalfEdge",
+       [&] { EXPECT_EQ(api.rtcGetGeometryNextHalfEdge(g, 0), kNoHalfEdge); }},
+      {"rtcGetGeometryPreviousHalfEdge",
+       [&] { EXPECT_EQ(api.rtcGetGeometryPreviousHalfEdge(g, 0), kNoHalfEdge); }},
+      {"rtcGetGeometryOppositeHalfEdge",
+       [&] { EXPECT_EQ(api.rtcGetGeometryOppositeHalfEdge(g, 0, 0), kNoHalfEdge); }},
+      {"rtcInterpolate", [&] { api.rtcInterpolate(&interpolate); }},
+      {"rtcInterpolateN", [&] { api.rtcInterpolateN(&interpolate_n); }},
+      {"rtcPointQuery",
+       [&] { EXPECT_FALSE(api.rtcPointQuery(scene, nullptr, nullptr, nullptr, nullptr)); }},
+      {"rtcPointQuery4",
+       [&] {
+         EXPECT_FALSE(api.rtcPointQuery4(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
+       }},
+      {"rtcPointQuery8",
+       [&] {
+         EXPECT_FALSE(api.rtcPointQuery8(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
+       }},
+      {"rtcPointQuery16",
+       [&] {
+         EXPECT_FALSE(api.rtcPointQuery16(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
+       }},
+      {"rtcCollide", [&] { api.rtcCollide(scene, scene, nullptr, nullptr); }},
+      {"rtcNewBVH", [&] { EXPECT_EQ(api.rtcNewBVH(s.device), nullptr); }},
+  };
+  for (const auto& [function, call] : calls) {
+    call();
+    ExpectRefusal(s, function);
+  }
+}
+
+TEST(Unsupported, FunctionsWithoutAHandleReportToTheThread) {
+  const Api& api = DropIn();
+  RTCIntersectFunctionNArguments intersect{};
+  RTCOccludedFunctionNArguments occluded{};
+  RTCBuildArguments build = rtcDefaultBuildArguments();
+  char memory[8];
+  const auto bvh = reinterpret_cast<RTCBVH>(memory);
+  const std::function<void()> calls[] = {
+      [&] { api.rtcFilterIntersection(&intersect, nullptr); },
+      [&] { api.rtcFilterOcclusion(&occluded, nullptr); },
+      [&] { EXPECT_EQ(api.rtcBuildBVH(&build), nullptr); },
+      [&] {
+        const auto allocator = reinterpret_cast<RTCThreadLocalAllocator>(memory);
+        EXPECT_EQ(api.rtcThreadLocalAlloc(allocator, 8, 8), nullptr);
+      },
+      [&] { api.rtcRetainBVH(bvh); },
+      [&] { api.rtcReleaseBVH(bvh); },
+      [&] { api.rtcMakeStaticBVH(bvh); },
+  };
+  for (const auto& call : calls) {
+    call();
+    EXPECT_EQ(api.rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_OPERATION);
+  }
+}
+
+TEST(Unsupported, FunctionsTakeNullWithoutHarm) {
+  const Api& api = DropIn();
+  constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
+  RTCInterpolateArguments interpolate{};
+  RTCInterpolateNArguments interpolate_n{};
+  const std::function<void()> calls[] = {
+      [&] { api.rtcSetGeometryUserPrimitiveCount(nullptr, 1); },
+      [&] { api.rtcSetGeometryBoundsFunction(nullptr, nullptr, nullptr); },
+      [&] { api.rtcSetGeometryIntersectFunction(nullptr, nullptr); },
+      [&] { api.rtcSetGeometryOccludedFunction(nullptr, nullptr); },
+      [&] { api.rtcFilterIntersection(nullptr, nullptr); },
+      [&] { api.rtcFilterOcclusion(nullptr, nullptr); },
+      [&] { api.rtcSetGeometryInstancedScene(nullptr, nullptr); },
+      [&] { api.rtcSetGeometryTransform(nullptr, 0, kMatrix, nullptr); },
+      [&] { api.rtcSetGeometryTransformQuaternion(nullptr, 0, nullptr); },
+      [&] { api.rtcGetGeometryTransform(nullptr, 0, kMatrix, nullptr); },
+      [&] { api.rtcSetGeometryTessellationRate(nullptr, 1); },
+      [&] { api.rtcSetGeometryTopologyCount(nullptr, 1); },
+      [&] { api.rtcSetGeometrySubdivisionMode(nullptr, 0, RTC_SUBDIVISION_MODE_PIN_ALL); },
+      [&] { api.rtcSetGeometryVertexAttributeTopology(nullptr, 0, 0); },
+      [&] { api.rtcSetGeometryDisplacementFunction(nullptr, nullptr); },
+      [&] { api.rtcGetGeometryFirstHalfEdge(nullptr, 0); },
+      [&] { api.rtcGetGeometryFace(nullptr, 0); },
+      [&] { api.rtcGetGeometryNextHalfEdge(nullptr, 0); },
+      [&] { api.rtcGetGeometryPreviousHalfEdge(nullptr, 0); },
+      [&] { api.rtcGetGeometryOppositeHalfEdge(nullptr, 0, 0); },
+      [&] { api.rtcInterpolate(nullptr); },
+      [&] { api.rtcInterpolate(&interpolate); },
+      [&] { api.rtcInterpolateN(nullptr); },
+      [&] { api.rtcInterpolateN(&interpolate_n); },
+      [&] { api.rtcPointQuery(nullptr, nullptr, nullptr, nullptr, nullptr); },
+      [&] { api.rtcPointQuery4(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
+      [&] { api.rtcPointQuery8(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
+      [&] { api.rtcPointQuery16(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
+      [&] { api.rtcCollide(nullptr, nullptr, nullptr, nullptr); },
+      [&] { api.rtcNewBVH(nullptr); },
+      [&] { api.rtcBuildBVH(nullptr); },
+      [&] { api.rtcThreadLocalAlloc(nullptr, 8, 8); },
+      [&] { api.rtcRetainBVH(nullptr); },
+      [&] { api.rtcReleaseBVH(nullptr); },
+      [&] { api.rtcMakeStaticBVH(nullptr); },
+  };
+  for (const auto& call : calls) {
+    call();
+    EXPECT_EQ(api.rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_ARGUMENT);
+  }
+}
+
+// The real library's codes for a triangle mesh are those that the drop-in gives for any geometry.
+TEST(Unsupported, CodesForATriangleMeshAreTheRealLibrarys) {
+  for (const Api* const api : {&RealEmbree(), &DropIn()}) {
+    Session s(*api);
+    const RTCGeometry g = s.Triangle();
+    float transform[16] = {};
+    const std::function<void()> calls[] = {
+        [&] { api->rtcSetGeometryUserPrimitiveCount(g, 1); },
+        [&] { api->rtcSetGeometryIntersectFunction(g, nullptr); },
+        [&] { api->rtcSetGeometryInstancedScene(g, s.NewScene()); },
+        [&] { api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform); },
+        [&] { api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3, transform); },
+        [&] { api->rtcSetGeometryTessellationRate(g, 1); },
+        [&] { api->rtcSetGeometryTopologyCount(g, 1); },
+        [&] { api->rtcGetGeometryFirstHalfEdge(g, 0); },
+    };
+    for (const auto& call : calls) {
+      call();
+      EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_OPERATION) << api->name;
+    }
+    api->rtcSetGeometryInstancedScene(g, nullptr);
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_ARGUMENT) << api->name;
+    api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, nullptr);
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_ARGUMENT) << api->name;
+  }
+}
+
+}  // namespace
+}  // namespace dacrt::tests
