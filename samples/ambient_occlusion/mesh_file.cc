@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <limits>
@@ -21,10 +20,6 @@
 namespace ao {
 namespace {
 
-bool IsFinite(const aiVector3D& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 void AppendMesh(const aiMesh& source, const aiMatrix4x4& to_world, scenes::Mesh* mesh) {
   const size_t first = mesh->VertexCount();
   if (first + source.mNumVertices > std::numeric_limits<uint32_t>::max()) {
@@ -37,10 +32,9 @@ void AppendMesh(const aiMesh& source, const aiMatrix4x4& to_world, scenes::Mesh*
   for (unsigned i = 0; i < source.mNumFaces; ++i) {
     const aiFace& face = source.mFaces[i];
     if (face.mNumIndices != 3) continue;  // a point or a line
-    if (!std::all_of(face.mIndices, face.mIndices + 3, [&](unsigned index) {
-          return index < source.mNumVertices && IsFinite(to_world * source.mVertices[index]);
-        })) {
-      continue;
+    if (!std::all_of(face.mIndices, face.mIndices + 3,
+                     [&](unsigned index) { return index < source.mNumVertices; })) {
+      throw Error(ExitCode::kMesh, "a triangle names a vertex that is not there");
     }
     for (int corner = 0; corner < 3; ++corner) {
       mesh->indices.push_back(uint32_t(first + face.mIndices[corner]));

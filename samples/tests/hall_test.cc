@@ -50,7 +50,7 @@ TEST_P(HallOfSize, IsSound) {
                           [&](uint32_t index) { return index < mesh.VertexCount(); }));
   size_t degenerate = 0;
   for (size_t i = 0; i < mesh.TriangleCount(); ++i) degenerate += IsDegenerate(mesh, i);
-  EXPECT_EQ(degenerate, 16915823094755696216u);
+  EXPECT_EQ(degenerate, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Hall, HallOfSize,
