@@ -4,10 +4,12 @@
 // Embree 3, so that hits agree bit for bit nearly always. Which hits count is a property of the ray
 // and the triangle alone, and the closest one is the least (t, mesh, primitive); so the answer does
 // not depend on the order or grouping in which pairs are tested. A pair counts if
-//   - the ray passes the edge tests, and T and |den| say tnear < t <= tfar,
+//   - the ray passes the edge tests, and T and |den| say tnear < t,
 //   - the ray enters the triangle's own box (see ray_box-inl.h) within [max(tnear, 0), tfar],
-// and its distance is t moved into the interval in which the ray is in that box. No box around the
-// triangle is then entered later than at the hit, so none is left out because of it.
+//   - its distance, which is t moved into the interval in which the ray is in that box, is at most
+//     tfar, or T and |den| say so of t.
+// No box around the triangle is then entered later than at the hit, so none is left out because of
+// it. Of a nearer hit T and |den| say nothing: at grazing angles t can lie far behind the distance.
 
 #if defined(DACRT_SOLVE_DIRECT_SOLVE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_SOLVE_DIRECT_SOLVE_INL_H_
@@ -55,10 +57,6 @@ struct MeetingPairs {
   HWY_ALIGN float v[kMaxLanes];
 };
 
-/// T / den may round to tfar or below although T > den * tfar, and a hit at exactly tfar has to be
-/// compared by its name: so the first depth test has slack, and TakeClosest decides.
-constexpr float kDepthSlack = 1.0f + 0x1p-20f;
-
 /// Tests a vector of pairs. False if none meets; `pairs` is then untouched.
 HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
                           MeetingPairs& pairs) {
@@ -77,10 +75,7 @@ HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
   if (hn::AllFalse(kFloat, meet)) return false;
 
   const V t = hn::Xor(Dot(triangles.ng, c), sign);
-  const V limit = hn::Mul(den, rays.tfar);
-  meet = hn::And(hn::And(meet, hn::Ge(t, zero)),
-                 hn::And(hn::Lt(hn::Mul(den, rays.tnear), t),
-                         hn::Le(t, hn::Mul(limit, hn::Set(kFloat, kDepthSlack)))));
+  meet = hn::And(meet, hn::And(hn::Ge(t, zero), hn::Lt(hn::Mul(den, rays.tnear), t)));
   if (hn::AllFalse(kFloat, meet)) return false;
 
   WideBox box;
@@ -91,13 +86,16 @@ HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
     reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
   }
   const Interval interval = IntersectBox(box, rays.org, reciprocal);
-  meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
+  const V distance = hn::Min(hn::Max(hn::Div(t, den), interval.entry), interval.exit);
+  const M within_limit = hn::Le(t, hn::Mul(den, rays.tfar));
+  meet = hn::And(hn::And(meet, Enters(interval, rays.tnear, rays.tfar)),
+                 hn::Or(hn::Le(distance, rays.tfar), within_limit));
   if (hn::AllFalse(kFloat, meet)) return false;
 
   const V one = hn::Set(kFloat, 1.0f);
   pairs.lanes = Bits(meet);
-  pairs.within_limit = Bits(hn::Le(t, limit));
-  hn::Store(hn::Min(hn::Max(hn::Div(t, den), interval.entry), interval.exit), kFloat, pairs.t);
+  pairs.within_limit = Bits(within_limit);
+  hn::Store(distance, kFloat, pairs.t);
   hn::Store(hn::Min(hn::Div(u, den), one), kFloat, pairs.u);
   hn::Store(hn::Min(hn::Div(v, den), one), kFloat, pairs.v);
   return true;
@@ -168,7 +166,7 @@ inline void TakePair(const SolveTask& task, size_t slot, const MeetingPairs& pai
   const bool within_limit = (pairs.within_limit >> lane) & 1;
   float& tfar = batch.tfar[slot];
   if constexpr (kQuery == Query::kAny) {
-    if (within_limit) tfar = -std::numeric_limits<float>::infinity();
+    if (pairs.t[lane] < tfar || within_limit) tfar = -std::numeric_limits<float>::infinity();
   } else {
     Hit& hit = batch.hits[index];
     if (!IsCloser(pairs.t[lane], within_limit, mesh, primitive, hit, tfar)) return;
