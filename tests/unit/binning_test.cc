@@ -45,7 +45,7 @@ void BinsAreWalds() {
   for (const uint32_t bins : {2u, 3u, 16u, 32u}) {
     for (const float extent : {1e-15f, 1.0f, 1e17f}) {
       const auto refs = RandomRefs(random, 500, extent);
-      const TriangleRange range = MeasureTriangles(refs.data(), 0, refs.size());
+      const TriangleRange range = unit::RangeOf(refs, 0, refs.size());
       const BinMap map(range.centers, bins);
       for (const TriangleRef& ref : refs) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -80,7 +80,7 @@ void OuterCentersFallIntoOuterBins() {
     const float further = std::nextafter(refs[0].upper[0], unit::kInfinity);
     refs[1].lower[0] = refs[1].upper[0] = random.Next() & 1 ? further : further * 1.5f;
     refs[0].lower[0] = refs[0].upper[0];
-    const TriangleRange range = MeasureTriangles(refs.data(), 0, refs.size());
+    const TriangleRange range = unit::RangeOf(refs, 0, refs.size());
     for (const uint32_t bins : {2u, 5u, 16u, 32u}) {
       const BinMap map(range.centers, bins);
       if (range.centers.upper[0] - range.centers.lower[0] < 1e-28f) continue;
@@ -101,7 +101,7 @@ void AnAxisWithoutExtentIsNotUseful() {
   const float zero[3] = {0, 0, 0}, denormal[3] = {1e-45f, 1e-40f, 1e-30f};
   tiny.Extend(zero);
   tiny.Extend(denormal);
-  const TriangleRange range = MeasureTriangles(refs.data(), 0, refs.size());
+  const TriangleRange range = unit::RangeOf(refs, 0, refs.size());
   const BinMap map(range.centers, 16);
   EXPECT_FALSE(map.IsUseful(0));
   EXPECT_TRUE(map.IsUseful(1));
@@ -120,7 +120,7 @@ void BinsAndCandidatesMatchSums() {
   for (const uint32_t bins : {2u, 3u, 16u, 32u}) {
     for (const size_t count : {1u, 2u, 17u, 400u}) {
       const auto refs = RandomRefs(random, count + 7, 3);
-      const TriangleRange range = MeasureTriangles(refs.data(), 3, 3 + count);
+      const TriangleRange range = unit::RangeOf(refs, 3, 3 + count);
       const BinMap map(range.centers, bins);
       BinTriangles(refs.data(), range, map, bins, *scratch);
       MakeCandidates(bins, *scratch);

@@ -24,7 +24,7 @@ using unit::Ray;
 std::optional<Split> Choose(const std::vector<TriangleRef>& refs, uint32_t bins, bool sampled,
                             Scratch& scratch) {
   StepClock clock;
-  return ChooseSplit(refs.data(), MeasureTriangles(refs.data(), 0, refs.size()), bins, sampled,
+  return ChooseSplit(refs.data(), unit::RangeOf(refs, 0, refs.size()), bins, sampled,
                      scratch, clock);
 }
 
@@ -57,7 +57,7 @@ class SlidesExample {
 
 void SlidesExampleCosts16And14And15And16Thirds() {
   SlidesExample example;
-  const TriangleRange range = MeasureTriangles(example.refs.data(), 0, example.refs.size());
+  const TriangleRange range = unit::RangeOf(example.refs, 0, example.refs.size());
   constexpr uint32_t kBins = 5;
   BinTriangles(example.refs.data(), range, BinMap(range.centers, kBins), kBins, *example.scratch);
   MakeCandidates(kBins, *example.scratch);
@@ -117,7 +117,7 @@ void ChoosesTheLeastCost() {
     BatchMemory memory(512, 200);
     const auto rays = unit::MakeRays(random, 1 + random.Below(200), 4);
     TakeSampleRays(memory.batch, memory.Push(rays), 1 + random.Below(100), scratch->samples);
-    const TriangleRange range = MeasureTriangles(refs.data(), 0, refs.size());
+    const TriangleRange range = unit::RangeOf(refs, 0, refs.size());
     const auto split = Choose(refs, bins, sampled, *scratch);
     ASSERT_TRUE(split.has_value());
 

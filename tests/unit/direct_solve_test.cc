@@ -97,7 +97,7 @@ class Solver {
     for (size_t first = 0; first < rays.size(); first += block_rays) {
       const RayBlock block = memory.Push(rays.subspan(first, block_rays), first);
       for (size_t i = 0; i < refs.size(); i += leaf_triangles) {
-        SolveDirect<kQuery>(task, MeasureTriangles(refs.data(), i, i + leaf_triangles), block);
+        SolveDirect<kQuery>(task, unit::RangeOf(refs, i, i + leaf_triangles), block);
       }
       for (size_t i = 0; i < block_rays; ++i) {
         answers.push_back({memory.batch.tfar[block.begin + i], memory.batch.hits[first + i]});
@@ -199,31 +199,39 @@ void OrderAndGroupingDoNotMatter() {
   }
 }
 
-// Tiny triangles, far away and nearly parallel to the ray: T / |den| is off by more than their box is
-// deep, and the distance is moved into the box. A test by T and |den| against a distance found
-// earlier would drop such a hit although its distance is the smaller one.
+// Small triangles, far away and nearly parallel to the ray: T / |den| is off by more than their box
+// is deep, and the distance is moved into the box. A test by T and |den| against a distance found
+// earlier drops such a hit although its distance is the smaller one.
 void OrderDoesNotMatterFarAwayAtGrazingAngles() {
   Random random(3);
-  for (int round = 0; round < 60; ++round) {
-    const float distance = std::exp2(random.Uniform(4, 16));
-    const float flatness = std::exp2(random.Uniform(-20, -4));
-    Mesh mesh;
-    for (int i = 0; i < 30; ++i) {
-      Float3 corner[3];
-      for (auto& c : corner) {
-        c = {distance + random.Uniform(-0.5f, 0.5f), random.Uniform(-0.5f, 0.5f),
-             random.Uniform(-flatness, flatness)};
+  for (int round = 0; round < 400; ++round) {
+    const float distance = std::exp2(random.Uniform(4, 12));
+    const float size = std::exp2(random.Uniform(-8, 0));
+    const float flatness = std::exp2(random.Uniform(-16, -8));
+    const Float3 org = random.InCube(-1, 1), way = random.Direction();
+    // Triangles in a slab that contains the way: squeezed along a normal of it.
+    Float3 normal = random.Direction();
+    const auto dot = [](const Float3& a, const Float3& b) HWY_ATTR {
+      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    };
+    const float along = dot(normal, way);
+    for (size_t axis = 0; axis < 3; ++axis) normal[axis] -= along * way[axis];
+    const auto point_in_slab = [&]() HWY_ATTR {
+      Float3 point = random.InCube(-size, size);
+      const float height = (1 - flatness) * dot(point, normal) / dot(normal, normal);
+      for (size_t axis = 0; axis < 3; ++axis) {
+        point[axis] += org[axis] + distance * way[axis] - height * normal[axis];
       }
-      mesh.Add(corner[0], corner[1], corner[2]);
-    }
+      return point;
+    };
+    Mesh mesh;
+    for (int i = 0; i < 20; ++i) mesh.Add(point_in_slab(), point_in_slab(), point_in_slab());
     std::vector<Ray> rays;
-    for (int i = 0; i < 64; ++i) {
-      const Float3 target{distance, random.Uniform(-0.5f, 0.5f),
-                          random.Uniform(-flatness, flatness)};
-      const Float3 org{0, random.Uniform(-1, 1), random.Uniform(-flatness, flatness)};
-      Ray ray = unit::MakeRay(org, {target[0] - org[0], target[1] - org[1], target[2] - org[2]});
-      if (i % 4 == 0) ray.tfar = random.Uniform(0.9999f, 1.0001f);
-      rays.push_back(ray);
+    for (int i = 0; i < 40; ++i) {
+      Float3 dir = point_in_slab();
+      for (size_t axis = 0; axis < 3; ++axis) dir[axis] -= org[axis];
+      rays.push_back(unit::MakeRay(org, dir));
+      if (i % 4 == 0) rays.back().tfar = random.Uniform(0.999f, 1.001f);
     }
     Solver solver({mesh});
     ExpectIndependenceOfOrder(random, solver, rays);

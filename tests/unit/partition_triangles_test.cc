@@ -43,8 +43,8 @@ void ExpectSameBox(const Box& actual, const Box& expected) {
   }
 }
 
-void ExpectMeasured(const TriangleRef* refs, const TriangleRange& range) {
-  const TriangleRange expected = MeasureTriangles(refs, range.begin, range.end);
+void ExpectMeasured(const std::vector<TriangleRef>& refs, const TriangleRange& range) {
+  const TriangleRange expected = unit::RangeOf(refs, range.begin, range.end);
   ExpectSameBox(range.bounds, expected.bounds);
   ExpectSameBox(range.centers, expected.centers);
 }
@@ -56,7 +56,7 @@ void MovesEachToItsSideAndNothingElse() {
     const size_t count = 2 + random.Below(round < 200 ? 8 : 300);
     const auto before = RandomRefs(random, count + 2 * kGuards);
     auto refs = before;
-    const TriangleRange range = MeasureTriangles(refs.data(), kGuards, kGuards + count);
+    const TriangleRange range = unit::RangeOf(refs, kGuards, kGuards + count);
     const uint32_t bins = 2 + random.Below(31);
     StepClock clock;
     const auto split = ChooseSplit(refs.data(), range, bins, false, *scratch, clock);
@@ -67,8 +67,8 @@ void MovesEachToItsSideAndNothingElse() {
     ASSERT_EQ(children.left.end, children.right.begin);
     ASSERT_EQ(children.right.end, range.end);
     ASSERT_EQ(children.left.count(), split->left_count);
-    ExpectMeasured(refs.data(), children.left);
-    ExpectMeasured(refs.data(), children.right);
+    ExpectMeasured(refs, children.left);
+    ExpectMeasured(refs, children.right);
 
     // A permutation: each name once, with the bounds that it had; those around untouched.
     std::vector<bool> seen(refs.size());
@@ -91,19 +91,32 @@ void MovesEachToItsSideAndNothingElse() {
   }
 }
 
+void MeasuresBoundsOfBoxesAndCenters() {
+  Random random(3);
+  const auto refs = RandomRefs(random, 50);
+  for (size_t begin = 0; begin < 5; ++begin) {
+    for (size_t end = begin; end <= refs.size(); end += 9) {
+      const TriangleRange range = MeasureTriangles(refs.data(), begin, end);
+      ASSERT_EQ(range.begin, begin);
+      ASSERT_EQ(range.end, end);
+      ExpectMeasured(refs, range);
+    }
+  }
+}
+
 void HalvesByCountAndMovesNothing() {
   Random random(2);
   for (size_t count = 2; count < 40; ++count) {
     const auto before = RandomRefs(random, count + 2 * kGuards);
     auto refs = before;
-    const TriangleRange range = MeasureTriangles(refs.data(), kGuards, kGuards + count);
+    const TriangleRange range = unit::RangeOf(refs, kGuards, kGuards + count);
     const Children children = HalveTriangles(refs.data(), range);
     EXPECT_EQ(children.left.begin, range.begin);
     EXPECT_EQ(children.left.count(), count / 2);
     EXPECT_EQ(children.right.begin, children.left.end);
     EXPECT_EQ(children.right.end, range.end);
-    ExpectMeasured(refs.data(), children.left);
-    ExpectMeasured(refs.data(), children.right);
+    ExpectMeasured(refs, children.left);
+    ExpectMeasured(refs, children.right);
     for (size_t i = 0; i < refs.size(); ++i) ASSERT_TRUE(SameRef(refs[i], before[i]));
   }
 }
@@ -118,6 +131,7 @@ namespace dacrt {
 
 HWY_BEFORE_TEST(PartitionTrianglesTest);
 HWY_EXPORT_AND_TEST_P(PartitionTrianglesTest, MovesEachToItsSideAndNothingElse);
+HWY_EXPORT_AND_TEST_P(PartitionTrianglesTest, MeasuresBoundsOfBoxesAndCenters);
 HWY_EXPORT_AND_TEST_P(PartitionTrianglesTest, HalvesByCountAndMovesNothing);
 
 }  // namespace dacrt

@@ -20,7 +20,9 @@
 #include <vector>
 
 #include "dacrt/dacrt.h"
+#include "geometry/box.h"
 #include "geometry/mesh_table.h"
+#include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
 
 namespace dacrt::unit {
@@ -145,6 +147,20 @@ inline Mesh MakeSoup(Random& random, std::size_t count, float extent, float size
     mesh.Add(a, b, c);
   }
   return mesh;
+}
+
+/// The range [begin, end) of refs with its bounds, one float at a time.
+inline TriangleRange RangeOf(const std::vector<TriangleRef>& refs, std::size_t begin,
+                             std::size_t end) {
+  TriangleRange range{begin, end, Box::Empty(), Box::Empty()};
+  for (std::size_t i = begin; i < end; ++i) {
+    range.bounds.Extend(refs[i].lower);
+    range.bounds.Extend(refs[i].upper);
+    float center[3];
+    for (int axis = 0; axis < 3; ++axis) center[axis] = refs[i].lower[axis] + refs[i].upper[axis];
+    range.centers.Extend(center);
+  }
+  return range;
 }
 
 /// A ray and its hit as a caller may keep them: an array of records.
