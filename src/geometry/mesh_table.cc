@@ -33,12 +33,15 @@ MeshTable::MeshTable(std::span<const TriangleMesh> meshes) : meshes_(meshes.begi
       CheckArray("vertices", i, mesh.vertices, mesh.vertex_stride, mesh.vertex_count);
     }
     CheckArray("triangles", i, mesh.triangles, mesh.triangle_stride, mesh.triangle_count);
+    // Compared before they are added: counts that the caller got wrong may overflow the sum.
+    constexpr std::size_t kMostTriangles = std::numeric_limits<uint32_t>::max() - 1;
+    if (mesh.triangle_count > kMostTriangles - triangle_count_) {
+      throw std::length_error("Scene: more than 2^32 - 2 triangles with the " +
+                              std::to_string(mesh.triangle_count) + " of mesh " +
+                              std::to_string(i));
+    }
     triangle_count_ += mesh.triangle_count;
     all_masks_full_ &= mesh.mask == UINT32_MAX;
-  }
-  if (triangle_count_ >= std::numeric_limits<uint32_t>::max()) {
-    throw std::length_error("Scene: " + std::to_string(triangle_count_) +
-                            " triangles; at most 2^32 - 2 are supported");
   }
   std::stable_sort(
       meshes_.begin(), meshes_.end(),
