@@ -1,0 +1,137 @@
+#include "geometry/mesh_table.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+using unit::GuardedArray;
+using unit::Mesh;
+
+std::string MessageOf(const TriangleMesh& mesh) {
+  const TriangleMesh good = {};
+  const TriangleMesh meshes[] = {good, mesh};
+  try {
+    const MeshTable table(meshes);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MeshTableTest, SortsByGeometryIdAndKeepsTheOrderOfEqualOnes) {
+  Mesh mesh;
+  mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  std::vector<TriangleMesh> views(5, mesh.View());
+  const uint32_t ids[] = {7, 3, UINT32_MAX, 3, 0};
+  for (std::size_t i = 0; i < 5; ++i) {
+    views[i].geometry_id = ids[i];
+    views[i].mask = static_cast<uint32_t>(i);
+  }
+  const MeshTable table(views);
+  const uint32_t expected_masks[] = {4, 1, 3, 0, 2};
+  for (uint32_t i = 0; i < 5; ++i) EXPECT_EQ(table[i].mask, expected_masks[i]);
+  EXPECT_EQ(table.triangle_count(), 5u);
+}
+
+TEST(MeshTableTest, KnowsWhetherMasksCanBeIgnored) {
+  TriangleMesh views[2];
+  EXPECT_TRUE(MeshTable(views).all_masks_full());
+  views[1].mask = 0x7FFFFFFF;
+  EXPECT_FALSE(MeshTable(views).all_masks_full());
+}
+
+TEST(MeshTableTest, EmptyMeshesNeedNoMemory) {
+  const TriangleMesh empty[3] = {};
+  EXPECT_EQ(MeshTable(empty).triangle_count(), 0u);
+  EXPECT_EQ(MeshTable({}).triangle_count(), 0u);
+}
+
+TEST(MeshTableTest, RefusesMissingAndMisplacedArrays) {
+  Mesh mesh;
+  mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  const TriangleMesh good = mesh.View();
+  EXPECT_EQ(MessageOf(good), "");
+  const auto moved = [](const void* p) { return static_cast<const char*>(p) + 1; };
+  const auto expect = [](const TriangleMesh& bad, const std::string& array) {
+    const std::string message = MessageOf(bad);
+    EXPECT_NE(message.find("mesh 1"), std::string::npos) << message;
+    EXPECT_NE(message.find(array), std::string::npos) << message;
+  };
+  TriangleMesh bad = good;
+  bad.vertices = nullptr;
+  expect(bad, "vertices");
+  bad = good;
+  bad.triangles = nullptr;
+  expect(bad, "triangles");
+  bad = good;
+  bad.vertices = moved(good.vertices);
+  expect(bad, "vertices");
+  bad = good;
+  bad.triangles = moved(good.triangles);
+  expect(bad, "triangles");
+  bad = good;
+  bad.vertex_stride = 14;
+  expect(bad, "14");
+  bad = good;
+  bad.triangle_stride = 13;
+  expect(bad, "13");
+}
+
+TEST(MeshTableTest, RefusesTooManyTriangles) {
+  Mesh mesh;
+  mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  std::vector<TriangleMesh> views(2, mesh.View());
+  views[0].triangle_count = 0x80000000u;
+  views[1].triangle_count = 0x7FFFFFFEu;
+  EXPECT_EQ(MeshTable(views).triangle_count(), 0xFFFFFFFEu);
+  views[1].triangle_count = 0x7FFFFFFFu;
+  EXPECT_THROW(MeshTable{views}, std::length_error);
+}
+
+// The counts of 64 bits add up to 0.
+TEST(MeshTableTest, RefusesTooManyTrianglesAlsoWhereTheirSumOverflows) {
+  Mesh mesh;
+  mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  std::vector<TriangleMesh> views(2, mesh.View());
+  for (TriangleMesh& view : views) view.triangle_count = std::size_t{1} << 63;
+  EXPECT_THROW(MeshTable{views}, std::length_error);
+}
+
+TEST(MeshTableTest, ReadsStridedArraysThatEndAtAGuardPage) {
+  for (const std::size_t stride : {12u, 16u, 20u, 64u}) {
+    GuardedArray<char> vertices(3 * stride + 12, 4), triangles(2 * stride + 12, 4);
+    TriangleMesh view;
+    view.vertices = vertices.end() - (3 * stride + 12);
+    view.vertex_stride = stride;
+    view.vertex_count = 4;
+    view.triangles = triangles.end() - (2 * stride + 12);
+    view.triangle_stride = stride;
+    view.triangle_count = 3;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const float vertex[3] = {static_cast<float>(i), 10.0f + static_cast<float>(i), -1};
+      std::memcpy(const_cast<char*>(static_cast<const char*>(view.vertices)) + i * stride, vertex,
+                  sizeof(vertex));
+    }
+    const uint32_t indices[3][3] = {{0, 1, 2}, {3, 0, 1}, {3, 3, 4}};
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::memcpy(const_cast<char*>(static_cast<const char*>(view.triangles)) + i * stride,
+                  indices[i], sizeof(indices[i]));
+    }
+    const MeshTable table({&view, 1});
+    Corners corners;
+    ASSERT_TRUE(table.ReadCorners(0, 1, corners));
+    EXPECT_EQ(corners.v[0][0], 3);
+    EXPECT_EQ(corners.v[1][1], 10);
+    EXPECT_EQ(corners.v[2][0], 1);
+    EXPECT_FALSE(table.ReadCorners(0, 2, corners)) << "index 4 of 4 vertices";
+  }
+}
+
+}  // namespace
+}  // namespace dacrt
