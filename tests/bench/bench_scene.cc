@@ -6,6 +6,7 @@
 #include "ambient_occlusion/error.h"
 #include "ambient_occlusion/mesh_file.h"
 #include "automatic_view.h"
+#include "errors.h"
 
 namespace dacrt::bench {
 namespace {

@@ -5,7 +5,6 @@
 #include <Imath/ImathVec.h>
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -41,12 +40,6 @@ struct BenchScene {
 /// The bounds of all vertices.
 Imath::Box3f Bounds(const scenes::Mesh& mesh);
 
-/// A scene cannot be read. The message names the file and the fault.
-class UnreadableScene : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// Where a scene comes from: a name of SceneNames, or else the path of a mesh.
 class SceneSource {
  public:
@@ -57,7 +50,7 @@ class SceneSource {
   /// False only for a mesh that is not there.
   bool IsPresent() const;
 
-  /// Throws UnreadableScene.
+  /// Throws UnreadableScene (errors.h).
   BenchScene Load() const;
 
  private:

@@ -1,15 +1,15 @@
 #include "measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <span>
 #include <sstream>
 #include <utility>
 
+#include "errors.h"
+#include "timing.h"
+
 namespace dacrt::bench {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // The hits that every method must find: those of the first trace of a batch.
 class Reference {
@@ -19,6 +19,7 @@ class Reference {
   // Takes the hits in `rays` as the reference, or throws Disagreement unless they are the same.
   void Check(const std::string& method, const RayBuffer& rays) {
     if (fingerprints_.empty()) {
+      fingerprints_.reserve(rays.rays().size());
       for (const RayRecord& ray : rays.rays()) fingerprints_.push_back(Print(ray));
       return;
     }
@@ -108,9 +109,9 @@ PassResult Contest::MeasurePass(const Pass& pass, int warm_ups, int repeat, RayB
     for (std::size_t i = 0; i < entrants_.size(); ++i) {
       rays.Rearm();
       const RayView view = rays.View();
-      const Clock::time_point start = Clock::now();
+      const Stopwatch stopwatch;
       const Statistics statistics = entrants_[i].scene->Trace(pass.query, view);
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const double seconds = stopwatch.Seconds();
       reference.Check(entrants_[i].method.name, rays);
       if (round >= 0) result.by_method[i].runs.push_back({seconds, statistics});
     }

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -59,12 +58,6 @@ struct FrameResult {
   }
 };
 
-/// Two methods did not give the same hits, so that comparing their times means nothing.
-class Disagreement : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 /// Methods ready to trace one scene, each with a device, and so a workspace, of its own.
 class Contest {
  public:
@@ -79,7 +72,7 @@ class Contest {
   /// Traces each pass of a frame `repeat` times with every method: one round of all methods after
   /// the other. A round before the first, which is not timed, brings the workspaces to their size
   /// and into memory; no later pass has more rays than the first.
-  /// Throws Disagreement.
+  /// Throws Disagreement (errors.h).
   FrameResult Measure(const FrameKind& kind, const Raster& raster, int repeat,
                       const OnPass& on_pass) const;
 

@@ -1,26 +1,20 @@
 // The reproduction of the paper: see --help.
-#include <exception>
 #include <iostream>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "errors.h"
 #include "format.h"
 #include "method_options.h"
 #include "output_file.h"
 #include "plots.h"
+#include "processor.h"
 #include "progress.h"
 #include "report.h"
 
 namespace dacrt::bench {
 namespace {
-
-enum ExitCode {
-  kSuccess = 0,
-  kFailure = 1,
-  kUsage = 2,
-  kUnreadableScene = 3,
-  kDisagreement = 4,
-  kOutput = 5,
-};
 
 class Benchmark {
  public:
@@ -125,25 +119,9 @@ int Main(int argc, char** argv) {
   return results.unreadable.empty() ? kSuccess : kUnreadableScene;
 }
 
-int Fail(ExitCode code, const std::exception& error) {
-  std::cerr << "method_bench: " << error.what() << '\n';
-  return code;
-}
-
 }  // namespace
 }  // namespace dacrt::bench
 
 int main(int argc, char** argv) {
-  using namespace dacrt::bench;
-  try {
-    return Main(argc, argv);
-  } catch (const UsageError& error) {
-    return Fail(kUsage, error);
-  } catch (const Disagreement& error) {
-    return Fail(kDisagreement, error);
-  } catch (const OutputError& error) {
-    return Fail(kOutput, error);
-  } catch (const std::exception& error) {
-    return Fail(kFailure, error);
-  }
+  return dacrt::bench::RunGuarded("method_bench", [=] { return dacrt::bench::Main(argc, argv); });
 }

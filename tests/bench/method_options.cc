@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <set>
+#include <stdexcept>
+
+#include "errors.h"
 
 namespace dacrt::bench {
 namespace {
@@ -118,16 +121,6 @@ const FrameKind* ParseKind(const std::string& name) {
   throw UsageError("--kind: there is no \"" + name + "\"; the kinds are" + legal);
 }
 
-Raster ParseRaster(uint32_t side) {
-  if (!Raster::IsLegal(side)) {
-    throw UsageError("--rays: " + std::to_string(side) + " is neither from 1 to " +
-                     std::to_string(Raster::kMostPixelsASide) + " nor a multiple of " +
-                     std::to_string(Raster::kMostPixelsASide) + " up to " +
-                     std::to_string(Raster::kMostRaysASide));
-  }
-  return Raster(side);
-}
-
 }  // namespace
 
 std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv) {
@@ -185,7 +178,7 @@ std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv) {
   }
   if (sides.empty()) sides = extent.sides;
   for (const uint32_t side : std::set(sides.begin(), sides.end())) {
-    options.rasters.push_back(ParseRaster(side));
+    options.rasters.emplace_back(side);
   }
   const Settings settings = ParseSettings(assignments);
   options.algorithms = ParseAlgorithms(settings, algorithms);

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,13 +24,7 @@ struct MethodOptions {
   std::filesystem::path plots;  ///< folder; empty: none
 };
 
-/// The command line is not legal. The message is for people.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// Empty if help was asked for, and printed. Throws UsageError.
+/// Empty if help was asked for, and printed. Throws UsageError (errors.h).
 std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv);
 
 }  // namespace dacrt::bench

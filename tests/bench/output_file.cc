@@ -3,6 +3,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "errors.h"
+
 namespace dacrt::bench {
 
 void WriteFile(const std::filesystem::path& path, const std::string& text) {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
+#include "errors.h"
 #include "random.h"
 
 namespace dacrt::bench {
@@ -90,13 +92,14 @@ V3f PointOfPanel(const Lamp& lamp, Random& random) {
 
 }  // namespace
 
-bool Raster::IsLegal(uint32_t side) {
-  if (side == 0 || side > kMostRaysASide) return false;
-  return side <= kMostPixelsASide || side % kMostPixelsASide == 0;
-}
-
 Raster::Raster(uint32_t rays_a_side)
-    : pixels_(std::min(rays_a_side, kMostPixelsASide)), samples_(rays_a_side / pixels_) {}
+    : pixels_(std::clamp(rays_a_side, 1u, kMostPixelsASide)), samples_(rays_a_side / pixels_) {
+  if (samples_ == 0 || pixels_ * samples_ != rays_a_side || rays_a_side > kMostRaysASide) {
+    throw UsageError(std::to_string(rays_a_side) + " rays a side are neither from 1 to " +
+                     std::to_string(kMostPixelsASide) + " nor a multiple of that up to " +
+                     std::to_string(kMostRaysASide));
+  }
+}
 
 RayGeneration::RayGeneration(const BenchScene& scene) : scene_(scene) {
   const float diagonal = Bounds(scene.mesh).size().length();

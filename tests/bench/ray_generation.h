@@ -32,10 +32,8 @@ class Raster {
   static constexpr uint32_t kMostPixelsASide = 512;
   static constexpr uint32_t kMostRaysASide = 8192;
 
-  /// Whether `side` x `side` rays can be had: at most kMostRaysASide, and a multiple of
-  /// kMostPixelsASide above that.
-  static bool IsLegal(uint32_t side);
-
+  /// For `rays_a_side` x `rays_a_side` rays: at most kMostPixelsASide, or a multiple of it up to
+  /// kMostRaysASide. Throws UsageError (errors.h) otherwise.
   explicit Raster(uint32_t rays_a_side);
 
   uint32_t rays_a_side() const { return pixels_ * samples_; }

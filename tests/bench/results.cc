@@ -1,7 +1,6 @@
 #include "results.h"
 
 #include <algorithm>
-#include <fstream>
 
 namespace dacrt::bench {
 namespace {
@@ -36,10 +35,11 @@ Json ToJson(const Statistics& statistics) {
   return {{"counts", counts}, {"seconds", seconds}};
 }
 
-Json ToJson(const PassResult& pass, const std::vector<Method>& methods) {
-  Json seconds;
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    for (const Run& run : pass.by_method[i].runs) seconds[methods[i].name].push_back(run.seconds);
+Json ToJson(const PassResult& pass) {
+  Json seconds = Json::array();  // a list for each method
+  for (const Runs& runs : pass.by_method) {
+    Json& list = seconds.emplace_back(Json::array());
+    for (const Run& run : runs.runs) list.push_back(run.seconds);
   }
   return {{"name", pass.pass.name},
           {"query", pass.pass.query == Query::kAny ? "any" : "closest"},
@@ -60,7 +60,7 @@ Json ToJson(const FrameResult& frame) {
                        {"statistics", ToJson(frame.Total(i))}});
   }
   Json passes = Json::array();
-  for (const PassResult& pass : frame.passes) passes.push_back(ToJson(pass, frame.methods));
+  for (const PassResult& pass : frame.passes) passes.push_back(ToJson(pass));
   return {{"scene", frame.scene},
           {"triangles", frame.triangles},
           {"kind", frame.kind->name},
@@ -89,14 +89,6 @@ Json ToJson(const Results& results) {
           {"comparison", ToJson(results.comparison)},
           {"ablation", ToJson(results.ablation)},
           {"unreadable", results.unreadable}};
-}
-
-std::string ProcessorName() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
 }
 
 double RestOf(const Statistics& statistics, double seconds) {

@@ -21,9 +21,6 @@ struct Results {
 
 nlohmann::ordered_json ToJson(const Results& results);
 
-/// The processor's name, or "unknown".
-std::string ProcessorName();
-
 /// A share of the time of a trace.
 struct Stage {
   const char* name;

@@ -1,0 +1,179 @@
+// The benchmarks as a user meets them: run as programs, judged by exit code, messages and files.
+// Speed is never judged.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+#include <vector>
+
+namespace dacrt::bench {
+namespace {
+
+using nlohmann::json;
+
+std::string ReadFile(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class BenchTest : public testing::Test {
+ protected:
+  BenchTest()
+      : folder_(std::filesystem::path(testing::TempDir()) /
+                (std::string("dacrt_bench_test_") +
+                 testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~BenchTest() override { std::filesystem::remove_all(folder_); }
+
+  // Runs the program and returns its exit code. What it prints is kept.
+  int Run(const std::string& program, const std::string& arguments) {
+    const std::string command =
+        "'" + program + "' " + arguments + " >'" + Path("out") + "' 2>'" + Path("error") + "'";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string Out() const { return ReadFile(Path("out")); }
+  std::string Error() const { return ReadFile(Path("error")); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+// Every element is closed, in order, and there is one root.
+bool IsWellFormed(const std::string& xml) {
+  const std::regex tag(R"(<(/?)(\w+)((?:\s+[\w-]+="[^"<]*")*)\s*(/?)>)");
+  std::vector<std::string> open;
+  int roots = 0;
+  std::size_t end = 0;
+  for (std::sregex_iterator match(xml.begin(), xml.end(), tag), last; match != last; ++match) {
+    const std::string text = xml.substr(end, match->position() - end);
+    if (text.find_first_of("<>") != std::string::npos) return false;
+    end = match->position() + match->length();
+    if (open.empty() && ++roots > 1) return false;
+    if ((*match)[1].length() > 0) {
+      if (open.empty() || open.back() != (*match)[2]) return false;
+      open.pop_back();
+      if (open.empty()) --roots;
+    } else if ((*match)[4].length() == 0) {
+      open.push_back((*match)[2]);
+    }
+  }
+  return open.empty() && xml.find_first_of("<>", end) == std::string::npos;
+}
+
+TEST_F(BenchTest, ShortReproductionRunsAndTheAlgorithmsAgree) {
+  ASSERT_EQ(
+      Run(METHOD_BENCH, "--short --json '" + Path("json") + "' --plots '" + Path("plots") + "'"), 0)
+      << Error();
+  const json results = json::parse(ReadFile(Path("json")));
+  constexpr std::size_t kFrames = 10;  // five kinds, two numbers of rays
+  ASSERT_EQ(results["comparison"].size(), kFrames);
+  for (const json& frame : results["comparison"]) {
+    ASSERT_EQ(frame["methods"].size(), 3u);
+    for (const json& method : frame["methods"]) {
+      EXPECT_GT(method["median_seconds"], 0);
+      EXPECT_LE(method["least_seconds"], method["median_seconds"]);
+      EXPECT_EQ(method["statistics"]["counts"]["rays"], frame["rays"]);
+      EXPECT_EQ(method["statistics"]["counts"]["hits"],
+                frame["methods"][0]["statistics"]["counts"]["hits"]);
+      EXPECT_GT(method["workspace_bytes"], 0);
+    }
+  }
+  for (const char* const name :
+       {"ratio-afra2012.svg", "ratio-mora2011.svg", "time.svg", "stages.svg"}) {
+    const std::string svg = ReadFile(Path("plots") + "/" + name);
+    EXPECT_TRUE(svg.starts_with("<svg ")) << name;
+    EXPECT_TRUE(IsWellFormed(svg)) << name;
+  }
+  EXPECT_NE(Out().find("mora2011 x"), std::string::npos);
+}
+
+TEST_F(BenchTest, AblationChangesOneSettingAtATime) {
+  ASSERT_EQ(Run(METHOD_BENCH,
+                "--scene hall-75k --rays 32 --repeat 1 --kind ambient --ablation "
+                "--algorithm nabata2013 --json '" +
+                    Path("json") + "' --plots '" + Path("plots") + "'"),
+            0)
+      << Error();
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["ablation"].size(), 1u);
+  EXPECT_EQ(results["ablation"][0]["methods"][1]["name"], "sampled_cost=0");
+  EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/ablation.svg")));
+  EXPECT_NE(Out().find("skip_filtering=0"), std::string::npos);
+}
+
+TEST_F(BenchTest, BadCommandLinesAreRefusedWithTheLegalValues) {
+  const struct {
+    const char* arguments;
+    std::vector<const char*> said;
+  } kCases[] = {
+      {"--algorithm quick", {"quick", "nabata2013", "afra2012", "mora2011"}},
+      {"--set colour=red", {"colour", "skip_filtering", "bins"}},
+      {"--set bins=100", {"bins", "100", "2 to 32"}},
+      {"--set bins", {"bins", "NAME=VALUE"}},
+      {"--set algorithm=mora2011", {"--algorithm"}},
+      {"--kind caustics", {"caustics", "point", "path-dof"}},
+      {"--rays 700", {"700", "512"}},
+      {"--rays 0", {"0", "512"}},
+      {"--short --full", {"--short"}},
+      {"--repeat 0", {"repeat"}},
+  };
+  for (const auto& bad : kCases) {
+    EXPECT_EQ(Run(METHOD_BENCH, bad.arguments), 2) << bad.arguments;
+    for (const char* const word : bad.said) {
+      EXPECT_NE(Error().find(word), std::string::npos) << bad.arguments << ": " << Error();
+    }
+  }
+}
+
+TEST_F(BenchTest, SceneThatCannotBeReadDoesNotStopTheOthers) {
+  std::ofstream(Path("broken.ply")) << "ply\n";
+  ASSERT_EQ(Run(METHOD_BENCH, "--scene '" + Path("missing.obj") + "' '" + Path("broken.ply") +
+                                  "' hall-75k --rays 16 --repeat 1 --kind ambient --json '" +
+                                  Path("json") + "'"),
+            3)
+      << Error();
+  EXPECT_NE(Error().find("missing.obj"), std::string::npos);
+  EXPECT_NE(Error().find("broken.ply"), std::string::npos);
+  const json results = json::parse(ReadFile(Path("json")));
+  EXPECT_EQ(results["unreadable"].size(), 2u);
+  EXPECT_EQ(results["comparison"].size(), 1u);
+}
+
+TEST_F(BenchTest, OutputThatCannotBeWrittenIsFoundBeforeMeasuring) {
+  ASSERT_EQ(Run(METHOD_BENCH, "--full --json '" + Path("missing/json") + "'"), 5);
+  EXPECT_NE(Error().find("missing/json"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(Path("missing")));
+}
+
+TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
+  ASSERT_EQ(
+      Run(EMBREE_BENCH, "--scene hall-75k --rays 64 --repeat 1 --json '" + Path("json") + "'"), 0)
+      << Error();
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["cells"].size(), 4u);
+  for (const json& cell : results["cells"]) {
+    EXPECT_GT(cell["one_shot_ratio"], 0);
+    EXPECT_GT(cell["steady_ratio"], 0);
+  }
+}
+
+TEST_F(BenchTest, WellFormednessIsNoticed) {
+  EXPECT_TRUE(IsWellFormed("<svg a=\"1\"><text>x &lt; y</text><line/></svg>\n"));
+  EXPECT_FALSE(IsWellFormed("<svg><text>x < y</text></svg>"));
+  EXPECT_FALSE(IsWellFormed("<svg><text></svg>"));
+  EXPECT_FALSE(IsWellFormed("<svg><line></svg>"));
+}
+
+}  // namespace
+}  // namespace dacrt::bench

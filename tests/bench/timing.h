@@ -1,0 +1,27 @@
+// Wall-clock time, and what to report of several measurements.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+namespace dacrt::bench {
+
+/// Runs from its construction on.
+class Stopwatch {
+ public:
+  double Seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
+
+/// Of an even number, the smaller of the two in the middle. `values` must not be empty.
+inline double Median(std::vector<double> values) {
+  const auto middle = values.begin() + (values.size() - 1) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace dacrt::bench
