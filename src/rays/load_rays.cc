@@ -55,7 +55,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
     batch.index[slot] = static_cast<uint32_t>(i);
     batch.ray_masks[i] = mask;
     common_mask &= mask;
-    if (query == Query::kClosest) batch.hits[i] = {0, 0, Hit::kNone, Hit::kNone};
+    if (query == Query::kClosest) batch.hits[i] = {Hit::kNone, Hit::kNone};
     ++slot;
   }
   const bool masks_matter =

@@ -18,14 +18,13 @@ struct RayBlock {
   std::size_t count;
 };
 
-/// The hit of one ray so far, by the ray's number in the piece.
+/// Which triangle a ray hits so far, by the ray's number in the piece. Where and how is computed
+/// anew when the hits are stored.
 struct Hit {
   static constexpr uint32_t kNone = UINT32_MAX;
   /// Flag in `mesh`: the distance is the ray's own tfar, not one that an earlier hit set.
   static constexpr uint32_t kAtLimit = 0x80000000u;
 
-  float u;
-  float v;
   uint32_t primitive;
   uint32_t mesh;  ///< kNone while there is no hit
 };

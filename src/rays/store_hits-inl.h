@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "rays/ray_batch.h"
-#include "solve/triangle_block-inl.h"
+#include "solve/triangle_test-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -38,39 +38,62 @@ inline size_t StoreBlocked(const RayView& view, size_t first, const RayBatch& ba
   return blocked;
 }
 
-/// Writes the closest hits of `block`. Returns their number. The normals are computed anew from the
-/// corners, as the triangle test computed them, which is cheaper than to carry them along.
+/// Rays with hits, a lane each with the triangle at the same place of a triangle block.
+struct StoredRays {
+  HWY_ALIGN float org[3][TriangleBlock::kCapacity];
+  HWY_ALIGN float dir[3][TriangleBlock::kCapacity];
+  uint32_t index[TriangleBlock::kCapacity];
+  Hit hits[TriangleBlock::kCapacity];
+};
+
+/// Writes the closest hits of `block`. Returns their number. Everything but the triangle's name is
+/// computed here from ray and corners, just as the direct solve did, which is cheaper than to carry
+/// it along.
 inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& meshes,
                            const RayBatch& batch, const RayBlock& block, TriangleBlock& triangles) {
-  struct Name {
-    uint32_t mesh;
-    uint32_t primitive;
-    size_t slot;
-  };
-  Name names[TriangleBlock::kCapacity];
+  StoredRays rays;
+  HWY_ALIGN float t[kMaxLanes], u[kMaxLanes], v[kMaxLanes];
+  const V one = hn::Set(kFloat, 1.0f);
   size_t hits = 0;
   const size_t end = block.begin + block.count;
   for (size_t slot = block.begin; slot < end;) {
     size_t count = 0;
     for (; slot < end && count < TriangleBlock::kCapacity; ++slot) {
-      const Hit& hit = batch.hits[batch.index[slot]];
+      const Hit hit = batch.hits[batch.index[slot]];
       if (hit.mesh == Hit::kNone) continue;
-      names[count++] = {hit.mesh & ~Hit::kAtLimit, hit.primitive, slot};
+      rays.hits[count] = {hit.primitive, hit.mesh & ~Hit::kAtLimit};
+      rays.index[count] = batch.index[slot];
+      for (int axis = 0; axis < 3; ++axis) {
+        rays.org[axis][count] = batch.org[axis][slot];
+        rays.dir[axis][count] = batch.dir[axis][slot];
+      }
+      ++count;
     }
     GatherTriangles(
-        meshes, count, [&](size_t i) -> const Name& { return names[i]; }, triangles);
+        meshes, count, [&](size_t i) -> const Hit& { return rays.hits[i]; }, triangles);
     for (size_t i = 0; i < count; ++i) {
-      const Name& name = names[i];
-      const Hit& hit = batch.hits[batch.index[name.slot]];
-      const size_t ray = first + batch.index[name.slot];
-      WriteComponent(view, view.tfar, ray, batch.tfar[name.slot]);
+      const size_t lane = i % Lanes();
+      if (lane == 0) {
+        TestRays test_rays;
+        for (int axis = 0; axis < 3; ++axis) {
+          test_rays.org[axis] = hn::Load(kFloat, rays.org[axis] + i);
+          test_rays.dir[axis] = hn::Load(kFloat, rays.dir[axis] + i);
+        }
+        const TestTriangles test_triangles = LoadTestTriangles<false>(triangles, i);
+        const PairTerms terms = EdgeTerms(test_rays, test_triangles);
+        hn::Store(hn::Div(DepthTerm(test_triangles, terms), terms.den), kFloat, t);
+        hn::Store(hn::Min(hn::Div(terms.u, terms.den), one), kFloat, u);
+        hn::Store(hn::Min(hn::Div(terms.v, terms.den), one), kFloat, v);
+      }
+      const size_t ray = first + rays.index[i];
+      WriteComponent(view, view.tfar, ray, t[lane]);
       WriteComponent(view, view.ng_x, ray, triangles.ng[0][i]);
       WriteComponent(view, view.ng_y, ray, triangles.ng[1][i]);
       WriteComponent(view, view.ng_z, ray, triangles.ng[2][i]);
-      WriteComponent(view, view.u, ray, hit.u);
-      WriteComponent(view, view.v, ray, hit.v);
-      WriteComponent(view, view.primitive_id, ray, name.primitive);
-      WriteComponent(view, view.geometry_id, ray, meshes[name.mesh].geometry_id);
+      WriteComponent(view, view.u, ray, u[lane]);
+      WriteComponent(view, view.v, ray, v[lane]);
+      WriteComponent(view, view.primitive_id, ray, rays.hits[i].primitive);
+      WriteComponent(view, view.geometry_id, ray, meshes[rays.hits[i].mesh].geometry_id);
       WriteComponent(view, view.instance_id, ray, view.instance_value);
     }
     hits += count;

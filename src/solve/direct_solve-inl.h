@@ -1,15 +1,14 @@
 // Direct solve: every active ray against every triangle of a subproblem.
 //
-// The test is that of Moeller and Trumbore (1997) in the formulation, and the operation order, of
-// Embree 3, so that hits agree bit for bit nearly always. Which hits count is a property of the ray
-// and the triangle alone, and the closest one is the least (t, mesh, primitive); so the answer does
-// not depend on the order or grouping in which pairs are tested. A pair counts if
-//   - the ray passes the edge tests, and T and |den| say tnear < t,
+// Which hits count is a property of the ray and the triangle alone, and the closest one is the
+// least (key, mesh, primitive); so the answer does not depend on the order or grouping in which
+// pairs are tested. A pair counts if
+//   - the ray passes the edge tests, and T and |den| say tnear < t <= tfar and 0 <= t,
 //   - the ray enters the triangle's own box (see ray_box-inl.h) within [max(tnear, 0), tfar],
-//   - its distance, which is t moved into the interval in which the ray is in that box, is at most
-//     tfar, or T and |den| say so of t.
-// No box around the triangle is then entered later than at the hit, so none is left out because of
-// it. Of a nearer hit T and |den| say nothing: at grazing angles t can lie far behind the distance.
+// and its key is t, or where the ray enters that box if t is smaller. No box around the triangle is
+// then entered later than at the key, so none is left out because of a closer hit. The key differs
+// from t only on grazing rays, where t is ill-conditioned; it only decides, what the caller gets is
+// t.
 
 #if defined(DACRT_SOLVE_DIRECT_SOLVE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_SOLVE_DIRECT_SOLVE_INL_H_
@@ -24,58 +23,37 @@
 
 #include "geometry/ray_box-inl.h"
 #include "solve/solve_task.h"
-#include "solve/triangle_block-inl.h"
+#include "solve/triangle_test-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Rays for the triangle test: a vector of them, or one in all lanes.
-struct TestRays {
-  V org[3];
-  V dir[3];
-  V tnear;
-  V tfar;
-};
-
-/// Triangles for the triangle test: one in all lanes, or a vector of them.
-struct TestTriangles {
-  V v0[3];
-  V e1[3];
-  V e2[3];
-  V ng[3];
-  V lower[3];  ///< of its own box
-  V upper[3];
-};
-
 /// Pairs of a ray and a triangle, a lane each, that meet.
 struct MeetingPairs {
   uint64_t lanes;         ///< which lanes meet
   uint64_t within_limit;  ///< which of them lie within tfar by Embree's depth test, T <= den * tfar
-  HWY_ALIGN float t[kMaxLanes];
-  HWY_ALIGN float u[kMaxLanes];
-  HWY_ALIGN float v[kMaxLanes];
+  HWY_ALIGN float key[kMaxLanes];  ///< the distance that decides which hit is closer
 };
+
+/// T / den may round to tfar or below although T > den * tfar, and a hit at exactly tfar has to be
+/// compared by its name: so the depth test here has slack, and IsCloser decides.
+constexpr float kDepthSlack = 1.0f + 0x1p-20f;
 
 /// Tests a vector of pairs. False if none meets; `pairs` is then untouched.
 HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
                           MeetingPairs& pairs) {
   const V zero = hn::Zero(kFloat);
-  const V c[3] = {hn::Sub(triangles.v0[0], rays.org[0]), hn::Sub(triangles.v0[1], rays.org[1]),
-                  hn::Sub(triangles.v0[2], rays.org[2])};
-  V r[3];
-  Cross(c, rays.dir, r);
-  const V signed_den = Dot(triangles.ng, rays.dir);
-  const V sign = hn::And(signed_den, hn::SignBit(kFloat));
-  const V den = hn::Abs(signed_den);
-  const V u = hn::Xor(Dot(r, triangles.e2), sign);
-  const V v = hn::Xor(Dot(r, triangles.e1), sign);
-  M meet = hn::And(hn::And(hn::Ge(u, zero), hn::Ge(v, zero)),
-                   hn::And(hn::Le(hn::Add(u, v), den), hn::Ne(den, zero)));
+  const PairTerms terms = EdgeTerms(rays, triangles);
+  M meet = hn::And(hn::And(hn::Ge(terms.u, zero), hn::Ge(terms.v, zero)),
+                   hn::And(hn::Le(hn::Add(terms.u, terms.v), terms.den), hn::Ne(terms.den, zero)));
   if (hn::AllFalse(kFloat, meet)) return false;
 
-  const V t = hn::Xor(Dot(triangles.ng, c), sign);
-  meet = hn::And(meet, hn::And(hn::Ge(t, zero), hn::Lt(hn::Mul(den, rays.tnear), t)));
+  const V t = DepthTerm(triangles, terms);
+  const V limit = hn::Mul(terms.den, rays.tfar);
+  meet = hn::And(hn::And(meet, hn::Ge(t, zero)),
+                 hn::And(hn::Lt(hn::Mul(terms.den, rays.tnear), t),
+                         hn::Le(t, hn::Mul(limit, hn::Set(kFloat, kDepthSlack)))));
   if (hn::AllFalse(kFloat, meet)) return false;
 
   WideBox box;
@@ -86,18 +64,12 @@ HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
     reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
   }
   const Interval interval = IntersectBox(box, rays.org, reciprocal);
-  const V distance = hn::Min(hn::Max(hn::Div(t, den), interval.entry), interval.exit);
-  const M within_limit = hn::Le(t, hn::Mul(den, rays.tfar));
-  meet = hn::And(hn::And(meet, Enters(interval, rays.tnear, rays.tfar)),
-                 hn::Or(hn::Le(distance, rays.tfar), within_limit));
+  meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
   if (hn::AllFalse(kFloat, meet)) return false;
 
-  const V one = hn::Set(kFloat, 1.0f);
   pairs.lanes = Bits(meet);
-  pairs.within_limit = Bits(within_limit);
-  hn::Store(distance, kFloat, pairs.t);
-  hn::Store(hn::Min(hn::Div(u, den), one), kFloat, pairs.u);
-  hn::Store(hn::Min(hn::Div(v, den), one), kFloat, pairs.v);
+  pairs.within_limit = Bits(hn::Le(t, limit));
+  hn::Store(hn::Max(hn::Div(t, terms.den), interval.entry), kFloat, pairs.key);
   return true;
 }
 
@@ -121,25 +93,6 @@ HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
   rays.tnear = hn::Set(kFloat, batch.tnear[slot]);
   rays.tfar = hn::Set(kFloat, batch.tfar[slot]);
   return rays;
-}
-
-/// Triangle i in all lanes, or triangles i, i + 1 ... a lane each.
-template <bool kBroadcast>
-HWY_INLINE TestTriangles LoadTestTriangles(const TriangleBlock& block, size_t i) {
-  const auto load = [i](const float* array) {
-    if constexpr (kBroadcast) return hn::Set(kFloat, array[i]);
-    return hn::Load(kFloat, array + i);
-  };
-  TestTriangles t;
-  for (int axis = 0; axis < 3; ++axis) {
-    t.v0[axis] = load(block.v0[axis]);
-    t.e1[axis] = load(block.e1[axis]);
-    t.e2[axis] = load(block.e2[axis]);
-    t.ng[axis] = load(block.ng[axis]);
-    t.lower[axis] = load(block.lower[axis]);
-    t.upper[axis] = load(block.upper[axis]);
-  }
-  return t;
 }
 
 /// Whether a hit at `t` of (mesh, primitive) replaces what the ray has: `hit` at `tfar`, or nothing
@@ -166,14 +119,14 @@ inline void TakePair(const SolveTask& task, size_t slot, const MeetingPairs& pai
   const bool within_limit = (pairs.within_limit >> lane) & 1;
   float& tfar = batch.tfar[slot];
   if constexpr (kQuery == Query::kAny) {
-    if (pairs.t[lane] < tfar || within_limit) tfar = -std::numeric_limits<float>::infinity();
+    if (pairs.key[lane] < tfar || within_limit) tfar = -std::numeric_limits<float>::infinity();
   } else {
     Hit& hit = batch.hits[index];
-    if (!IsCloser(pairs.t[lane], within_limit, mesh, primitive, hit, tfar)) return;
+    if (!IsCloser(pairs.key[lane], within_limit, mesh, primitive, hit, tfar)) return;
     // Only a hit that lowers the distance is known to lie within the ray's own tfar.
-    const bool at_limit = pairs.t[lane] >= tfar && (hit.mesh & Hit::kAtLimit);
-    hit = {pairs.u[lane], pairs.v[lane], primitive, at_limit ? mesh | Hit::kAtLimit : mesh};
-    tfar = std::min(pairs.t[lane], tfar);
+    const bool at_limit = pairs.key[lane] >= tfar && (hit.mesh & Hit::kAtLimit);
+    hit = {primitive, at_limit ? mesh | Hit::kAtLimit : mesh};
+    tfar = std::min(pairs.key[lane], tfar);
   }
 }
 
