@@ -1,5 +1,6 @@
 #include "progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -8,6 +9,14 @@ namespace dacrt::bench {
 namespace {
 
 constexpr char kClearLine[] = "\r\033[K";
+
+// A longer line would wrap, and could not be overwritten.
+int TerminalWidth() {
+  constexpr int kUsualWidth = 80;
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col
+                                                                         : kUsualWidth;
+}
 
 }  // namespace
 
@@ -18,9 +27,9 @@ Progress::~Progress() {
 }
 
 void Progress::Show(const std::string& what) const {
-  if (is_terminal_) {
-    std::fprintf(stderr, "%s%s%s", kClearLine, Prefix(done_ + 1).c_str(), what.c_str());
-  }
+  if (!is_terminal_) return;
+  const std::string line = Prefix(done_ + 1) + what;
+  std::fprintf(stderr, "%s%.*s", kClearLine, TerminalWidth() - 1, line.c_str());
 }
 
 void Progress::Finish(const std::string& what) {
