@@ -97,14 +97,13 @@ inline std::pair<size_t, size_t> SortBySide(TriangleRef* refs, const TriangleRan
   return {left_end, right_begin};
 }
 
-/// Keeps of references that straddle a plane what lies before it, or behind it.
+/// Keeps of references that straddle a plane what lies before it, or behind it. Rounding may have
+/// put the plane beside a triangle that straddles it by its bins; no box is turned inside out for
+/// that.
 inline void ClipTriangles(std::span<TriangleRef> refs, int axis, float plane, bool before) {
   for (TriangleRef& ref : refs) {
-    if (before) {
-      ref.upper[axis] = std::min(ref.upper[axis], plane);
-    } else {
-      ref.lower[axis] = std::max(ref.lower[axis], plane);
-    }
+    float& face = before ? ref.upper[axis] : ref.lower[axis];
+    face = std::clamp(plane, ref.lower[axis], ref.upper[axis]);
   }
 }
 
