@@ -260,7 +260,7 @@ class BatchMemory {
       batch.tfar[slot] = rays[i].tfar;
       batch.index[slot] = static_cast<uint32_t>(number + i);
       batch.ray_masks[number + i] = rays[i].mask;
-      batch.hits[number + i] = {0, 0, Hit::kNone, Hit::kNone};
+      batch.hits[number + i] = {Hit::kNone, Hit::kNone};
     }
     PadWithInactiveRays(batch, block.begin + rays.size());
     batch.top = (block.begin + rays.size() + kMaxLanes - 1) / kMaxLanes * kMaxLanes;

@@ -1,0 +1,606 @@
+// Scene::Trace through the public API: right, the same whatever the settings, and bounded.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numeric>
+#include <string>
+#include <thread>
+
+#include "dacrt/dacrt.h"
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+using unit::Float3;
+using unit::kInfinity;
+using unit::kNaN;
+using unit::Mesh;
+using unit::Random;
+using unit::Ray;
+
+/// A scene with its device and its meshes.
+class TestScene {
+ public:
+  TestScene(std::vector<Mesh> meshes, const Settings& settings)
+      : meshes_(std::move(meshes)), scene_(std::make_shared<Device>(settings), Views(meshes_)) {}
+
+  Statistics Trace(std::vector<Ray>& rays, Query query = Query::kClosest) const {
+    return scene_.Trace(query, ViewOf(rays));
+  }
+
+  std::vector<Ray> Traced(std::vector<Ray> rays, Query query = Query::kClosest) const {
+    Trace(rays, query);
+    return rays;
+  }
+
+  const Scene& operator*() const { return scene_; }
+
+ private:
+  static std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
+    std::vector<TriangleMesh> views;
+    for (const Mesh& mesh : meshes) views.push_back(mesh.View());
+    return views;
+  }
+
+  std::vector<Mesh> meshes_;
+  Scene scene_;
+};
+
+void ExpectSameRays(const std::vector<Ray>& actual, const std::vector<Ray>& expected,
+                    const std::string& what) {
+  ASSERT_EQ(actual.size(), expected.size());
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    ASSERT_TRUE(SameBits(actual[i], expected[i]))
+        << what << ": ray " << i << ": t " << std::hexfloat << actual[i].tfar << " primitive "
+        << actual[i].primitive_id << ", expected " << expected[i].tfar << " primitive "
+        << expected[i].primitive_id;
+  }
+}
+
+/// Blocked rays are those that have a closest hit; nothing but tfar is written.
+void ExpectBlockedWhereHit(const std::vector<Ray>& blocked, const std::vector<Ray>& before,
+                           const std::vector<Ray>& closest) {
+  for (std::size_t i = 0; i < blocked.size(); ++i) {
+    Ray expected = before[i];
+    if (closest[i].IsHit()) expected.tfar = -kInfinity;
+    ASSERT_TRUE(SameBits(blocked[i], expected)) << "ray " << i;
+  }
+}
+
+/// Several meshes of different density, with a shared wall and triangles that coincide.
+std::vector<Mesh> MakeMeshes(Random& random) {
+  std::vector<Mesh> meshes = {unit::MakeSoup(random, 600, 2, 0.4f),
+                              unit::MakeSoup(random, 300, 0.3f, 0.1f), Mesh()};
+  meshes[0].geometry_id = 5;
+  meshes[1].geometry_id = 2;
+  meshes[2].geometry_id = 9;
+  for (int i = 0; i < 10; ++i) {
+    for (int j = 0; j < 10; ++j) {
+      const float x = static_cast<float>(i) * 0.4f - 2, z = static_cast<float>(j) * 0.4f - 2;
+      meshes[2].Add({x, -1, z}, {x + 0.4f, -1, z}, {x, -1, z + 0.4f});
+      meshes[2].Add({x + 0.4f, -1, z}, {x + 0.4f, -1, z + 0.4f}, {x, -1, z + 0.4f});
+      meshes[2].Add({x, -1, z}, {x + 0.4f, -1, z}, {x, -1, z + 0.4f});  // once more
+    }
+  }
+  return meshes;
+}
+
+/// Rays of every kind: from inside and outside, ended and unbounded, along the axes, in the wall's
+/// plane, through its vertices, inactive.
+std::vector<Ray> MakeMixedRays(Random& random, std::size_t count) {
+  std::vector<Ray> rays = unit::MakeRays(random, count, 3);
+  for (std::size_t i = 0; i < count; ++i) {
+    Ray& ray = rays[i];
+    switch (i % 8) {
+      case 1:
+        ray.tfar = random.Uniform(0, 4);
+        break;
+      case 2:
+        ray.tnear = random.Uniform(-1, 2);
+        break;
+      case 3:
+        ray.dir = {0, 0, 0};
+        ray.dir[random.Below(3)] = random.Next() & 1 ? 1.0f : -1.0f;
+        break;
+      case 4:  // down on a vertex of the wall
+        ray.org = {static_cast<float>(random.Below(10)) * 0.4f - 2, 3,
+                   static_cast<float>(random.Below(10)) * 0.4f - 2};
+        ray.dir = {0, -1, -0.0f};
+        break;
+      case 5:  // in the wall's plane
+        ray.org[1] = -1;
+        ray.dir[1] = 0;
+        break;
+      case 6:
+        if (i % 16 == 6) ray.tfar = -1;
+        break;
+      case 7:  // a camera
+        ray.org = {0, 1, 3};
+        ray.dir = {random.Uniform(-1, 1), random.Uniform(-1, 1), -1};
+        break;
+      default:
+        break;
+    }
+  }
+  return rays;
+}
+
+/// Settings that change everything that may not change a hit.
+std::vector<Settings> VariedSettings() {
+  std::vector<Settings> all;
+  const auto add = [&](auto&& change) {
+    Settings settings;
+    settings.sample_threshold = 50;  // small enough that batches of a test are sampled
+    change(settings);
+    all.push_back(settings);
+  };
+  add([](Settings&) {});
+  add([](Settings& s) { s.bins = 2; });
+  add([](Settings& s) { s.bins = 32; });
+  add([](Settings& s) { s.leaf_triangles = 1; });
+  add([](Settings& s) { s.leaf_triangles = 64; });
+  add([](Settings& s) { s.leaf_rays = 1; });
+  add([](Settings& s) { s.leaf_rays = 1024; });
+  add([](Settings& s) { s.piece_rays = 64; });
+  add([](Settings& s) { s.piece_rays = 333; });
+  add([](Settings& s) { s.sample_rays = 1; });
+  add([](Settings& s) { s.sample_rays = 1024; });
+  add([](Settings& s) { s.sample_threshold = 1; });
+  add([](Settings& s) { s.sample_threshold = UINT32_MAX; });
+  add([](Settings& s) { s.sampled_cost = false; });
+  add([](Settings& s) { s.sampled_order = false; });
+  add([](Settings& s) { s.skip_filtering = false; });
+  add([](Settings& s) { s.algorithm = Algorithm::kAfra2012; });
+  add([](Settings& s) { s.algorithm = Algorithm::kMora2011; });
+  add([](Settings& s) {
+    s.algorithm = Algorithm::kMora2011;
+    s.bins = 2;
+    s.leaf_triangles = 1;
+    s.leaf_rays = 1;
+  });
+  add([](Settings& s) {
+    s.bins = 2;
+    s.leaf_triangles = 1;
+    s.leaf_rays = 1;
+    s.sample_rays = 1;
+    s.sample_threshold = 1;
+    s.piece_rays = 64;
+  });
+  return all;
+}
+
+class TraceTest : public testing::TestWithParam<InstructionSet> {
+ protected:
+  Settings WithInstructionSet(Settings settings = {}) const {
+    settings.instruction_set = GetParam();
+    return settings;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(InstructionSets, TraceTest, testing::ValuesIn(AvailableInstructionSets()),
+                         [](const auto& info) { return std::string(Name(info.param)); });
+
+// Against brute force in double precision: what is hit without doubt is found, what is reported is a
+// hit, and nothing clearly nearer exists.
+TEST_P(TraceTest, FindsWhatBruteForceFinds) {
+  Random random(1);
+  for (const Settings& varied : {VariedSettings()[0], VariedSettings()[16], VariedSettings()[17]}) {
+    Mesh mesh = unit::MakeSoup(random, 500, 2, 0.5f);
+    mesh.geometry_id = 3;
+    const TestScene scene({mesh}, WithInstructionSet(varied));
+    const auto before = MakeMixedRays(random, 600);
+    const auto after = scene.Traced(before);
+    std::size_t hits = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const Ray& ray = before[i];
+      if (ray.tnear > ray.tfar || ray.tfar < 0) {
+        ASSERT_TRUE(SameBits(after[i], ray)) << "inactive";
+        continue;
+      }
+      // The nearest of the triangles that are hit without doubt.
+      constexpr double kClear = 1e-3;
+      double nearest = kInfinity;
+      for (std::size_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
+        const unit::ExactHit exact = unit::IntersectExactly(ray, mesh, triangle);
+        if (exact.inside < kClear || exact.t < std::max(0.0, ray.tnear + kClear) ||
+            exact.t > ray.tfar - kClear) {
+          continue;
+        }
+        nearest = std::min(nearest, exact.t);
+      }
+      ASSERT_LE(after[i].tfar, nearest * (1 + kClear)) << "ray " << i;
+      if (!after[i].IsHit()) {
+        ASSERT_TRUE(SameBits(after[i], ray)) << "a miss leaves every byte";
+        continue;
+      }
+      ++hits;
+      ASSERT_EQ(after[i].geometry_id, 3u);
+      ASSERT_LT(after[i].primitive_id, mesh.triangles.size());
+      const unit::ExactHit exact = unit::IntersectExactly(ray, mesh, after[i].primitive_id);
+      ASSERT_GT(exact.inside, -kClear) << "ray " << i;
+      ASSERT_NEAR(after[i].u, exact.u, kClear);
+      ASSERT_NEAR(after[i].v, exact.v, kClear);
+      ASSERT_NEAR(after[i].tfar, exact.t, kClear * std::max(1.0, exact.t));
+      ASSERT_LE(after[i].tfar, ray.tfar);
+    }
+    EXPECT_GT(hits, 150u);
+    ExpectBlockedWhereHit(scene.Traced(before, Query::kAny), before, after);
+  }
+}
+
+// "The same rays get the same bits whatever the settings, the pieces and the other rays in the
+// batch."
+TEST_P(TraceTest, SettingsDoNotChangeABit) {
+  Random random(2);
+  const auto meshes = MakeMeshes(random);
+  // From one point (a camera, a light: conic packets) and from everywhere.
+  auto from_a_point = MakeMixedRays(random, 1500);
+  for (Ray& ray : from_a_point) ray.org = {0.3f, -0.2f, 0.1f};
+  for (const auto& before : {MakeMixedRays(random, 1500), from_a_point}) {
+    const auto expected = TestScene(meshes, WithInstructionSet()).Traced(before);
+    const std::vector<Settings> all = VariedSettings();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const TestScene scene(meshes, WithInstructionSet(all[i]));
+      ExpectSameRays(scene.Traced(before), expected, "settings " + std::to_string(i));
+      ExpectBlockedWhereHit(scene.Traced(before, Query::kAny), before, expected);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+TEST_P(TraceTest, OtherRaysOfTheBatchDoNotChangeABit) {
+  Random random(3);
+  const TestScene scene(MakeMeshes(random), WithInstructionSet());
+  const auto before = MakeMixedRays(random, 2000);
+  const auto expected = scene.Traced(before);
+  std::vector<std::size_t> order(before.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (int round = 0; round < 3; ++round) {
+    for (std::size_t i = order.size(); i > 1; --i) {
+      std::swap(order[i - 1], order[random.Below(static_cast<uint32_t>(i))]);
+    }
+    // All in another order, then ever fewer.
+    for (std::size_t count = before.size(); count > 0; count /= 7) {
+      std::vector<Ray> rays, rays_expected;
+      for (std::size_t i = 0; i < count; ++i) {
+        rays.push_back(before[order[i]]);
+        rays_expected.push_back(expected[order[i]]);
+      }
+      ExpectSameRays(scene.Traced(rays), rays_expected, std::to_string(count) + " rays");
+    }
+  }
+}
+
+// Where distances are equal the smallest (geometry_id, primitive_id) is reported, not the one that
+// the partition happens to meet first.
+TEST_P(TraceTest, CoincidentTrianglesGiveTheSmallestName) {
+  Random random(4);
+  Mesh soup = unit::MakeSoup(random, 200, 2, 0.5f), doubled;
+  for (std::size_t i = 200; i > 0; --i) {
+    doubled.Add(soup.Corner(i - 1, 0), soup.Corner(i - 1, 1), soup.Corner(i - 1, 2));
+  }
+  soup.geometry_id = 8;
+  doubled.geometry_id = 4;
+  const auto before = unit::MakeRays(random, 500, 3);
+  const TestScene both({soup, doubled}, WithInstructionSet());
+  const TestScene one({doubled}, WithInstructionSet());
+  ExpectSameRays(both.Traced(before), one.Traced(before), "the later mesh");
+}
+
+// Scenes whose size, place and shape strain single precision: far from the origin, tiny, huge, flat.
+TEST_P(TraceTest, SettingsDoNotChangeABitInScenesOfAnyScale) {
+  Random random(5);
+  struct Scale {
+    float size, offset, flatness;
+  };
+  const Scale scales[] = {{1, 1000, 1},    {1, 1e6f, 1},     {1e-6f, 0, 1}, {1e-19f, 0, 1},
+                          {1e-25f, 0, 1},  {1e6f, 0, 1},     {1e17f, 0, 1}, {1, 0, 1e-6f},
+                          {1, 100, 1e-5f}, {1, 3, 0x1p-20f}, {1, 0, 0}};
+  for (const Scale& scale : scales) {
+    const auto place = [&](Float3 p) {
+      p[1] *= scale.flatness;
+      for (float& x : p) x = x * scale.size + scale.offset;
+      return p;
+    };
+    std::vector<Mesh> meshes = {unit::MakeSoup(random, 400, 1, 0.5f)};
+    for (Float3& vertex : meshes[0].vertices) vertex = place(vertex);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 600; ++i) {
+      const Float3 org = place(random.InCube(-2, 2)), target = place(random.InCube(-1, 1));
+      rays.push_back(
+          unit::MakeRay(org, {target[0] - org[0], target[1] - org[1], target[2] - org[2]}));
+      if (i % 3 == 0) rays.back().tfar = random.Uniform(0.5f, 1.5f);
+    }
+    const auto expected = TestScene(meshes, WithInstructionSet()).Traced(rays);
+    for (const Settings& settings : VariedSettings()) {
+      const TestScene scene(meshes, WithInstructionSet(settings));
+      const std::string what = "size " + std::to_string(scale.size) + " offset " +
+                               std::to_string(scale.offset) + " flatness " +
+                               std::to_string(scale.flatness);
+      ExpectSameRays(scene.Traced(rays), expected, what);
+      ExpectBlockedWhereHit(scene.Traced(rays, Query::kAny), rays, expected);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+TEST_P(TraceTest, RayMasks) {
+  Random random(6);
+  std::vector<Mesh> meshes;
+  for (uint32_t id = 0; id < 4; ++id) {
+    meshes.push_back(unit::MakeSoup(random, 150, 2, 0.8f));
+    meshes.back().geometry_id = id;
+    meshes.back().mask = id == 3 ? 0 : 1u << id;
+  }
+  const TestScene all(meshes, WithInstructionSet());
+  auto before = unit::MakeRays(random, 800, 3);
+  for (Ray& ray : before) ray.mask = random.Below(8);
+  const auto after = all.Traced(before);
+  // A scene of the meshes that a mask lets through gives the same answer.
+  for (uint32_t mask = 0; mask < 8; ++mask) {
+    std::vector<Mesh> allowed;
+    for (const Mesh& mesh : meshes) {
+      if (mesh.mask & mask) allowed.push_back(mesh);
+    }
+    for (Mesh& mesh : allowed) mesh.mask = UINT32_MAX;
+    const TestScene some(allowed, WithInstructionSet());
+    std::vector<Ray> rays, expected;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (before[i].mask != mask) continue;
+      rays.push_back(before[i]);
+      expected.push_back(after[i]);
+    }
+    ExpectSameRays(some.Traced(rays), expected, "mask " + std::to_string(mask));
+  }
+  ExpectBlockedWhereHit(all.Traced(before, Query::kAny), before, after);
+}
+
+TEST_P(TraceTest, InstanceValueIsWrittenOnHits) {
+  Random random(7);
+  const TestScene scene(MakeMeshes(random), WithInstructionSet());
+  auto rays = MakeMixedRays(random, 100);
+  for (Ray& ray : rays) ray.instance_id = 1;
+  RayView view = ViewOf(rays);
+  view.instance_value = 1234;
+  (*scene).Trace(Query::kClosest, view);
+  for (const Ray& ray : rays) EXPECT_EQ(ray.instance_id, ray.IsHit() ? 1234u : 1u);
+}
+
+TEST_P(TraceTest, RaysThatAreNotNumbersHarmNoOther) {
+  Random random(8);
+  const TestScene scene(MakeMeshes(random), WithInstructionSet());
+  const auto good = unit::MakeRays(random, 400, 3);
+  const auto expected = scene.Traced(good);
+  auto mixed = good;
+  const float bad[] = {kNaN, kInfinity, -kInfinity};
+  for (std::size_t i = 0; i < mixed.size(); i += 3) {
+    switch (random.Below(4)) {
+      case 0:
+        mixed[i].org[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 1:
+        mixed[i].dir[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 2:
+        mixed[i].tnear = kNaN;
+        break;
+      default:
+        mixed[i].tfar = kNaN;
+        break;
+    }
+  }
+  const auto before = mixed;
+  scene.Trace(mixed);
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    ASSERT_TRUE(SameBits(mixed[i], i % 3 == 0 ? before[i] : expected[i])) << "ray " << i;
+  }
+}
+
+TEST_P(TraceTest, StatisticsAddUp) {
+  Random random(9);
+  for (Settings settings : VariedSettings()) {
+    if (settings.piece_rays > 1000) settings.piece_rays = 1000;
+    const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
+    auto rays = MakeMixedRays(random, 2500);
+    std::size_t active = 0, hits = 0;
+    for (const Ray& ray : rays) active += ray.tnear <= ray.tfar && ray.tfar >= 0;
+    const Statistics statistics = scene.Trace(rays);
+    for (const Ray& ray : rays) hits += ray.IsHit();
+    EXPECT_EQ(statistics.rays, active);
+    EXPECT_EQ(statistics.hits, hits);
+    EXPECT_EQ(statistics.pieces, (2500 + settings.piece_rays - 1) / settings.piece_rays);
+    EXPECT_GE(statistics.max_depth, 1u);
+    EXPECT_GT(statistics.direct_solves, 0u);
+    EXPECT_GE(statistics.subproblems, statistics.direct_solves);
+    EXPECT_LE(statistics.rays_filtered, statistics.box_tests);
+  }
+}
+
+// --- Bounded recursion ---------------------------------------------------------------------------
+
+constexpr std::size_t kDeepest = 64 + 32;
+
+TEST_P(TraceTest, EmptyScene) {
+  Random random(10);
+  const TestScene scene({}, WithInstructionSet());
+  auto rays = unit::MakeRays(random, 100, 3);
+  const auto before = rays;
+  EXPECT_EQ(scene.Trace(rays).hits, 0u);
+  ExpectSameRays(rays, before, "no triangles");
+  const Bounds bounds = (*scene).bounds();
+  EXPECT_EQ(bounds.lower[0], kInfinity);
+  EXPECT_EQ(bounds.upper[2], -kInfinity);
+  const TestScene invalid({[] {
+                            Mesh mesh;
+                            mesh.Add({kNaN, 0, 0}, {1, 0, 0}, {0, 1, 0});
+                            return mesh;
+                          }()},
+                          WithInstructionSet());
+  EXPECT_EQ((*invalid).triangle_count(), 0u);
+  ExpectSameRays(invalid.Traced(before), before, "no triangle that can be hit");
+}
+
+TEST_P(TraceTest, NoRays) {
+  Random random(11);
+  const TestScene scene(MakeMeshes(random), WithInstructionSet());
+  std::vector<Ray> rays(1);
+  RayView view = ViewOf(rays);
+  view.count = 0;
+  EXPECT_EQ((*scene).Trace(Query::kClosest, view).rays, 0u);
+}
+
+TEST_P(TraceTest, SingleTriangle) {
+  for (const Settings& settings : VariedSettings()) {
+    Mesh mesh;
+    mesh.Add({1, -1, -1}, {1, 1, -1}, {1, 0, 1});
+    const TestScene scene({mesh}, WithInstructionSet(settings));
+    std::vector<Ray> rays(2000, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    EXPECT_EQ(scene.Trace(rays).hits, 2000u);
+    for (const Ray& ray : rays) ASSERT_EQ(ray.tfar, 1);
+  }
+}
+
+// Concentric triangles of ever larger size, whose centres coincide: no bins tell them apart.
+TEST_P(TraceTest, CoincidentCentroids) {
+  Mesh mesh;
+  for (int i = 1; i <= 3000; ++i) {
+    // The box is symmetric about the origin, so that its centre is it exactly.
+    const float s = static_cast<float>(i);
+    mesh.Add({-s, -s, -s}, {s, s, -s}, {0, 0, s});
+  }
+  Random random(12);
+  for (const Algorithm algorithm :
+       {Algorithm::kNabata2013, Algorithm::kAfra2012, Algorithm::kMora2011}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    const TestScene scene({mesh}, WithInstructionSet(settings));
+    auto rays = unit::MakeRays(random, 1500, 1);
+    const Statistics statistics = scene.Trace(rays);
+    EXPECT_LE(statistics.max_depth, kDeepest);
+    if (algorithm != Algorithm::kMora2011) {
+      EXPECT_GT(statistics.median_splits, 0u);
+    }
+    EXPECT_GT(statistics.hits, 500u);
+  }
+}
+
+TEST_P(TraceTest, IdenticalTriangles) {
+  // A million of them where vectors are wide; every ray has to be tested against each.
+  const bool is_wide = GetParam() >= InstructionSet::kAvx2;
+  Mesh mesh;
+  mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
+  mesh.triangles.assign(is_wide ? 1000000 : 50000, {0, 1, 2});
+  const TestScene scene({mesh}, WithInstructionSet());
+  std::vector<Ray> rays(1000, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  const Statistics statistics = scene.Trace(rays);
+  EXPECT_EQ(statistics.hits, 1000u);
+  EXPECT_LE(statistics.max_depth, kDeepest);
+  for (const Ray& ray : rays) {
+    ASSERT_EQ(ray.tfar, 1);
+    ASSERT_EQ(ray.primitive_id, 0u);
+  }
+}
+
+// Sizes and distances in a geometric series over the whole range of single precision: splits by bins
+// peel off a few triangles at a time.
+TEST_P(TraceTest, GeometricSeries) {
+  Mesh mesh;
+  for (int i = 0; i < 20000; ++i) {
+    const float s = std::exp2(static_cast<float>(i % 100) - 40 + static_cast<float>(i) * 1e-5f);
+    mesh.Add({s, -s, -s}, {s, s, -s}, {s, 0, s});
+  }
+  for (const Algorithm algorithm :
+       {Algorithm::kNabata2013, Algorithm::kAfra2012, Algorithm::kMora2011}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    const TestScene scene({mesh}, WithInstructionSet(settings));
+    std::vector<Ray> rays(1100, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    const Statistics statistics = scene.Trace(rays);
+    EXPECT_EQ(statistics.hits, 1100u);
+    EXPECT_LE(statistics.max_depth, kDeepest);
+    for (const Ray& ray : rays) ASSERT_EQ(ray.primitive_id, 0u);
+  }
+}
+
+TEST_P(TraceTest, DegenerateAndSliverTriangles) {
+  Random random(13);
+  Mesh mesh;
+  for (int i = 0; i < 4000; ++i) {
+    const Float3 a = random.InCube(-1, 1), b = random.InCube(-1, 1);
+    const float width = i % 3 == 0 ? 0 : std::exp2(random.Uniform(-30, -5));
+    mesh.Add(a, b, {b[0], b[1] + width, b[2]});  // needles through the whole scene, every third a line
+    if (i % 5 == 0) mesh.Add(a, a, a);
+  }
+  auto before = MakeMixedRays(random, 1500);
+  const auto expected = TestScene({mesh}, WithInstructionSet()).Traced(before);
+  for (const Algorithm algorithm : {Algorithm::kAfra2012, Algorithm::kMora2011}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    auto rays = before;
+    const Statistics statistics = TestScene({mesh}, WithInstructionSet(settings)).Trace(rays);
+    EXPECT_LE(statistics.max_depth, kDeepest);
+    ExpectSameRays(rays, expected, std::string(Name(algorithm)));
+  }
+}
+
+// --- Callers -------------------------------------------------------------------------------------
+
+TEST(TraceCallTest, BadInputThrowsAndChangesNothing) {
+  Random random(14);
+  const TestScene scene(MakeMeshes(random), Settings());
+  auto rays = unit::MakeRays(random, 10, 3);
+  const auto before = rays;
+  for (RayView::Component RayView::* component :
+       {&RayView::org_x, &RayView::org_y, &RayView::org_z, &RayView::dir_x, &RayView::dir_y,
+        &RayView::dir_z, &RayView::tfar}) {
+    RayView view = ViewOf(rays);
+    view.*component = RayView::kAbsent;
+    EXPECT_THROW((*scene).Trace(Query::kClosest, view), std::invalid_argument);
+    EXPECT_THROW((*scene).Trace(Query::kAny, view), std::invalid_argument);
+    view.count = 0;
+    EXPECT_THROW((*scene).Trace(Query::kAny, view), std::invalid_argument);
+  }
+  RayView view = ViewOf(rays);
+  view.lanes = 0;
+  EXPECT_THROW((*scene).Trace(Query::kClosest, view), std::invalid_argument);
+  ExpectSameRays(rays, before, "refused");
+}
+
+TEST(TraceCallTest, ThreadsThatShareASceneGetTheSameBits) {
+  Random random(15);
+  Settings settings;
+  settings.piece_rays = 700;
+  const TestScene scene(MakeMeshes(random), settings);
+  const auto before = MakeMixedRays(random, 2000);
+  const auto expected = scene.Traced(before);
+  constexpr std::size_t kThreads = 6;
+  std::vector<std::vector<Ray>> rays(kThreads, before);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      for (int round = 0; round < 10; ++round) {
+        rays[t] = before;
+        scene.Trace(rays[t]);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& traced : rays) ExpectSameRays(traced, expected, "a thread");
+}
+
+// The same scene, traced from the caller's vertices each time.
+TEST(TraceCallTest, CallsDoNotChangeTheScene) {
+  Random random(16);
+  const TestScene scene(MakeMeshes(random), Settings());
+  const auto before = MakeMixedRays(random, 500);
+  const auto expected = scene.Traced(before);
+  for (int i = 0; i < 3; ++i) {
+    scene.Traced(unit::MakeRays(random, 1000, 3), Query::kAny);
+    ExpectSameRays(scene.Traced(before), expected, "again");
+  }
+}
+
+}  // namespace
+}  // namespace dacrt
