@@ -74,13 +74,13 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
     for (size_t i = 0; i < count; ++i) {
       const size_t lane = i % Lanes();
       if (lane == 0) {
-        TestRays test_rays;
+        V org[3], dir[3];
         for (int axis = 0; axis < 3; ++axis) {
-          test_rays.org[axis] = hn::Load(kFloat, rays.org[axis] + i);
-          test_rays.dir[axis] = hn::Load(kFloat, rays.dir[axis] + i);
+          org[axis] = hn::Load(kFloat, rays.org[axis] + i);
+          dir[axis] = hn::Load(kFloat, rays.dir[axis] + i);
         }
         const TestTriangles test_triangles = LoadTestTriangles<false>(triangles, i);
-        const PairTerms terms = EdgeTerms(test_rays, test_triangles);
+        const PairTerms terms = EdgeTerms(org, dir, test_triangles);
         hn::Store(hn::Div(DepthTerm(test_triangles, terms), terms.den), kFloat, t);
         hn::Store(hn::Min(hn::Div(terms.u, terms.den), one), kFloat, u);
         hn::Store(hn::Min(hn::Div(terms.v, terms.den), one), kFloat, v);

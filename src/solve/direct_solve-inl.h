@@ -44,7 +44,7 @@ constexpr float kDepthSlack = 1.0f + 0x1p-20f;
 HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
                           MeetingPairs& pairs) {
   const V zero = hn::Zero(kFloat);
-  const PairTerms terms = EdgeTerms(rays, triangles);
+  const PairTerms terms = EdgeTerms(rays.org, rays.dir, triangles);
   M meet = hn::And(hn::And(hn::Ge(terms.u, zero), hn::Ge(terms.v, zero)),
                    hn::And(hn::Le(hn::Add(terms.u, terms.v), terms.den), hn::Ne(terms.den, zero)));
   if (hn::AllFalse(kFloat, meet)) return false;
@@ -56,14 +56,7 @@ HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
                          hn::Le(t, hn::Mul(limit, hn::Set(kFloat, kDepthSlack)))));
   if (hn::AllFalse(kFloat, meet)) return false;
 
-  WideBox box;
-  V reciprocal[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = WidenDown(triangles.lower[axis]);
-    box.upper[axis] = WidenUp(triangles.upper[axis]);
-    reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
-  }
-  const Interval interval = IntersectBox(box, rays.org, reciprocal);
+  const Interval interval = IntersectBox(triangles.own_box, rays.org, rays.reciprocal);
   meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
   if (hn::AllFalse(kFloat, meet)) return false;
 
@@ -78,6 +71,7 @@ HWY_INLINE TestRays LoadTestRays(const RayBatch& batch, size_t slot) {
   for (int axis = 0; axis < 3; ++axis) {
     rays.org[axis] = hn::Load(kFloat, batch.org[axis] + slot);
     rays.dir[axis] = hn::Load(kFloat, batch.dir[axis] + slot);
+    rays.reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
   }
   rays.tnear = hn::Load(kFloat, batch.tnear + slot);
   rays.tfar = hn::Load(kFloat, batch.tfar + slot);
@@ -89,6 +83,7 @@ HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
   for (int axis = 0; axis < 3; ++axis) {
     rays.org[axis] = hn::Set(kFloat, batch.org[axis][slot]);
     rays.dir[axis] = hn::Set(kFloat, batch.dir[axis][slot]);
+    rays.reciprocal[axis] = SafeReciprocal(rays.dir[axis]);
   }
   rays.tnear = hn::Set(kFloat, batch.tnear[slot]);
   rays.tfar = hn::Set(kFloat, batch.tfar[slot]);

@@ -15,10 +15,10 @@ struct alignas(64) TriangleBlock {
   static constexpr std::size_t kCapacity = 64;
 
   float v0[3][kCapacity];
-  float e1[3][kCapacity];  ///< v0 - v1
-  float e2[3][kCapacity];  ///< v2 - v0
-  float ng[3][kCapacity];  ///< e2 x e1, unnormalised
-  float lower[3][kCapacity];
+  float e1[3][kCapacity];     ///< v0 - v1
+  float e2[3][kCapacity];     ///< v2 - v0
+  float ng[3][kCapacity];     ///< e2 x e1, unnormalised
+  float lower[3][kCapacity];  ///< of its own box, widened
   float upper[3][kCapacity];
   uint32_t mesh[kCapacity];
   uint32_t primitive[kCapacity];

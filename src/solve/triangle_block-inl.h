@@ -57,8 +57,8 @@ HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Nam
       const V v0 = hn::Load(kFloat, block.v0[axis] + i);
       const V v1 = hn::Load(kFloat, block.e1[axis] + i);
       const V v2 = hn::Load(kFloat, block.e2[axis] + i);
-      hn::Store(hn::Min(hn::Min(v0, v1), v2), kFloat, block.lower[axis] + i);
-      hn::Store(hn::Max(hn::Max(v0, v1), v2), kFloat, block.upper[axis] + i);
+      hn::Store(WidenDown(hn::Min(hn::Min(v0, v1), v2)), kFloat, block.lower[axis] + i);
+      hn::Store(WidenUp(hn::Max(hn::Max(v0, v1), v2)), kFloat, block.upper[axis] + i);
       e1[axis] = hn::Sub(v0, v1);
       e2[axis] = hn::Sub(v2, v0);
       hn::Store(e1[axis], kFloat, block.e1[axis] + i);

@@ -19,6 +19,7 @@ namespace HWY_NAMESPACE {
 struct TestRays {
   V org[3];
   V dir[3];
+  V reciprocal[3];  ///< of dir
   V tnear;
   V tfar;
 };
@@ -29,8 +30,7 @@ struct TestTriangles {
   V e1[3];
   V e2[3];
   V ng[3];
-  V lower[3];  ///< of its own box
-  V upper[3];
+  WideBox own_box;
 };
 
 /// A ray meets a triangle's plane at T / den, and there u = U / den and v = V / den. All have the
@@ -43,14 +43,14 @@ struct PairTerms {
   V c[3];  ///< v0 - org
 };
 
-HWY_INLINE PairTerms EdgeTerms(const TestRays& rays, const TestTriangles& triangles) {
+HWY_INLINE PairTerms EdgeTerms(const V* org, const V* dir, const TestTriangles& triangles) {
   PairTerms terms;
   V r[3];
   for (int axis = 0; axis < 3; ++axis) {
-    terms.c[axis] = hn::Sub(triangles.v0[axis], rays.org[axis]);
+    terms.c[axis] = hn::Sub(triangles.v0[axis], org[axis]);
   }
-  Cross(terms.c, rays.dir, r);
-  const V den = Dot(triangles.ng, rays.dir);
+  Cross(terms.c, dir, r);
+  const V den = Dot(triangles.ng, dir);
   terms.sign = hn::And(den, hn::SignBit(kFloat));
   terms.den = hn::Abs(den);
   terms.u = hn::Xor(Dot(r, triangles.e2), terms.sign);
@@ -76,8 +76,8 @@ HWY_INLINE TestTriangles LoadTestTriangles(const TriangleBlock& block, size_t i)
     t.e1[axis] = load(block.e1[axis]);
     t.e2[axis] = load(block.e2[axis]);
     t.ng[axis] = load(block.ng[axis]);
-    t.lower[axis] = load(block.lower[axis]);
-    t.upper[axis] = load(block.upper[axis]);
+    t.own_box.lower[axis] = load(block.lower[axis]);
+    t.own_box.upper[axis] = load(block.upper[axis]);
   }
   return t;
 }
