@@ -43,10 +43,12 @@ Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after) {
   return answer;
 }
 
-/// Barycentrics and normal against what single precision can make of them.
-bool FitsBesideDistance(const RTCRayHit& before, const RTCRayHit& after,
-                        const TriangleAnswer& truth) {
-  if (!truth.u.Admits(after.hit.u) || !truth.v.Admits(after.hit.v)) return false;
+/// The record's values against what single precision can make of its triangle.
+bool ValuesFit(const RTCRayHit& before, const RTCRayHit& after, const TriangleAnswer& truth) {
+  if (!truth.t.Admits(after.ray.tfar) || !truth.u.Admits(after.hit.u) ||
+      !truth.v.Admits(after.hit.v)) {
+    return false;
+  }
   const float normal[3] = {after.hit.Ng_x, after.hit.Ng_y, after.hit.Ng_z};
   const float normal_before[3] = {before.hit.Ng_x, before.hit.Ng_y, before.hit.Ng_z};
   // A form without normals leaves them as they were.
@@ -66,7 +68,6 @@ bool IsOptional(const RTCRay& ray, const TriangleAnswer& answer) {
 /// What the reference says of one library's answer.
 struct Judgement {
   std::string fault;             ///< empty: a correct computation may give this answer
-  bool is_moved = false;         ///< it has the distance of the triangle's box
   bool needs_slab_test = false;  ///< it may, if bounding-box tests may lose hits
   std::optional<TriangleAnswer> truth = std::nullopt;  ///< about the triangle that is named
 };
@@ -74,7 +75,7 @@ struct Judgement {
 /// What a library's bounding boxes do to its answers.
 enum class Boxes {
   kMayLoseHits,  ///< the real library: its slab tests round either way
-  kMoveHits,     ///< the drop-in: no hit is lost, and one that lies beside its box is moved there
+  kLoseNothing,  ///< the drop-in
 };
 
 /// Judges hits and misses of one ray. What all triangles must answer is found once.
@@ -100,13 +101,8 @@ class Judge {
     if (!corners) return {"names a triangle that the ray cannot hit"};
     const TriangleAnswer truth = TestTriangle(before_.ray, *corners);
     if (!truth.MayHit()) return {"hits a triangle that the ray misses"};
-    const bool is_moved = !truth.t.Admits(t) && boxes == Boxes::kMoveHits && !truth.MustHit() &&
-                          IsMovedIntoBox(before_.ray, *corners, truth.t, t);
-    if (!(truth.t.Admits(t) || is_moved) || !FitsBesideDistance(before_, answer.record, truth)) {
-      return {"has values beyond rounding"};
-    }
+    if (!ValuesFit(before_, answer.record, truth)) return {"has values beyond rounding"};
     Judgement judgement = WithoutNearer(t, t, boxes);
-    judgement.is_moved = is_moved;
     judgement.truth = truth;
     return judgement;
   }
@@ -206,13 +202,13 @@ Comparison Unexplained(std::string reason) {
 
 const char* Name(Relation relation) {
   constexpr const char* kNames[kRelationCount] = {
-      "identical",       "rounding", "tie",       "edge",     "interval", "parallel",
-      "ill_conditioned", "moved",    "slab_test", "withheld", "range",    "unexplained"};
+      "identical",       "rounding",  "tie",      "edge",  "interval",   "parallel",
+      "ill_conditioned", "slab_test", "withheld", "range", "unexplained"};
   return kNames[static_cast<int>(relation)];
 }
 
 const char* Name(Side side) {
-  constexpr const char* kNames[] = {"neither", "real", "drop-in", "both"};
+  constexpr const char* kNames[kSideCount] = {"neither", "real", "drop-in", "both"};
   return kNames[static_cast<int>(side)];
 }
 
@@ -238,7 +234,7 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
   }
 
   const Judge judge(reference_, query, before);
-  const Judgement of_drop_in = judge.Of(drop_in_answer, Boxes::kMoveHits);
+  const Judgement of_drop_in = judge.Of(drop_in_answer, Boxes::kLoseNothing);
   if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
   const Judgement of_real = judge.Of(real_answer, Boxes::kMayLoseHits);
   if (!of_real.fault.empty()) return Unexplained("the real library " + of_real.fault);
@@ -248,7 +244,6 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
 
   const Side right = SideOfExact(real_answer, of_real, drop_in_answer, of_drop_in);
   if (of_real.needs_slab_test) return {Relation::kSlabTest, right, {}};
-  if (of_drop_in.is_moved) return {Relation::kMoved, right, {}};
   if (both_name_one) return {Relation::kIllConditioned, right, {}};
   if (real_answer.is_hit && drop_in_answer.is_hit &&
       AreWithinUlps(real.ray.tfar, drop_in.ray.tfar, 2)) {
@@ -279,7 +274,7 @@ std::optional<std::string> Comparer::FindFault(Query query, const RTCRayHit& bef
     return "changed an inactive ray";
   }
   const Judge judge(reference_, query, before);
-  std::string fault = judge.Of(Read(query, before, after), Boxes::kMoveHits).fault;
+  std::string fault = judge.Of(Read(query, before, after), Boxes::kLoseNothing).fault;
   if (fault.empty()) return std::nullopt;
   return fault;
 }

@@ -22,18 +22,18 @@ enum class Relation {
   kInterval,        ///< a hit at tnear or tfar, counted by one
   kParallel,        ///< a triangle that is parallel to the ray, hit by one
   kIllConditioned,  ///< values, or an order of hits, that rounding leaves open by more than 16 ulp
-  kMoved,           ///< a hit beside an edge, which the drop-in moves into the triangle's box
   kSlabTest,        ///< the real library's bounding-box test loses a hit
   kWithheld,        ///< a ray that the real library aborts on; the drop-in is judged alone
   kRange,           ///< a product is beyond the range of single precision
   kUnexplained,
 };
-inline constexpr int kRelationCount = 12;
+inline constexpr int kRelationCount = 11;
 
 const char* Name(Relation relation);
 
 /// Which library exact arithmetic sides with.
 enum class Side { kNeither, kReal, kDropIn, kBoth };
+inline constexpr int kSideCount = 4;
 
 const char* Name(Side side);
 

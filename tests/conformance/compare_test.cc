@@ -86,17 +86,6 @@ TEST(Reference, SlabTestMayMissOnlyAtTheBox) {
   EXPECT_TRUE(SlabTestMayMiss(at_face.ray, kInfinity, kUnitTriangle));
 }
 
-TEST(Reference, HitIsMovedIntoTheBoxOnlyFromBesideIt) {
-  const RTCRayHit through = RayFrom({-1, 0.25f, 0.75f}, {1, 0, -0.5f});
-  const Corners upright{{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}};
-  // The ray is in the box from x = 0 on, at t = 1, until z = 0, at t = 1.5.
-  EXPECT_TRUE(IsMovedIntoBox(through.ray, upright, {0.9, 0.1}, 1));
-  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {1.2, 0.1}, 1));
-  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {0.9, 0.1}, 1.1f));
-  EXPECT_TRUE(IsMovedIntoBox(through.ray, upright, {1.7, 0.1}, 1.5f));
-  EXPECT_FALSE(IsMovedIntoBox(through.ray, upright, {1.2, 0.1}, 1.5f));
-}
-
 /// Single precision, in the library's own kernels, must agree with the bounds in double.
 TEST(Reference, FindsNoFaultInTheRealLibrary) {
   const EmbreeDevice device(RealEmbree(), "isa=avx2");

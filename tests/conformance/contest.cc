@@ -4,6 +4,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
+
+#include "random.h"
 
 namespace dacrt::tests {
 namespace {
@@ -20,11 +23,11 @@ constexpr std::size_t kAuditsPerBatch = 16;
 /// Sizes of calls about the widths of packets and of the streams that renderers send.
 constexpr std::size_t kSmallCalls[] = {1, 2, 3, 7, 8, 9, 15, 16, 17, 31, 33, 64, 65, 100, 1000};
 
-/// Small calls cost the drop-in a partition of the whole scene each. With this many triangle visits
-/// a scene of any size takes about a second for all of its small calls.
+/// How many small calls of one form a kind of rays gets. Each costs the drop-in a partition of the
+/// whole scene; this many triangles make a second or two for all kinds.
 std::size_t SmallCallBudget(std::size_t triangle_count) {
-  constexpr std::size_t kTriangleVisits = 1'000'000;
-  return std::clamp<std::size_t>(kTriangleVisits / (triangle_count + 1), 2, 500);
+  constexpr std::size_t kTriangles = 1'000'000;
+  return std::clamp<std::size_t>(kTriangles / (triangle_count + 1), 1, 500);
 }
 
 std::vector<RTCRayHit> TraceInPieces(const EmbreeScene& scene, const Form& form, Query query,
@@ -139,7 +142,7 @@ void Contest::Count(const std::string& context, Query query, Tally& tally,
       relation == Relation::kWithheld) {
     return;
   }
-  ++tally.sides[static_cast<int>(comparison.right)];
+  ++tally.sides[static_cast<int>(relation)][static_cast<int>(comparison.right)];
   if (!report_.WantsExample(scene_.name, relation)) return;
   const std::string reason =
       relation == Relation::kUnexplained

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "contest.h"
+#include "random.h"
 
 namespace dacrt::tests {
 namespace {
@@ -65,7 +66,7 @@ TEST_P(DeterminismTest, OrderOfTheRays) {
 TEST_P(DeterminismTest, SizeOfTheCalls) {
   for (const Query query : {Query::kClosest, Query::kAny}) {
     const std::vector<RTCRayHit> expected = Trace(drop_in_, {Form::Call::kRecords}, query, rays_);
-    for (const std::size_t rays_per_call : {64, 1'000, 10'000}) {
+    for (const std::size_t rays_per_call : {100, 1'000, 10'000}) {
       std::vector<RTCRayHit> pieces;
       for (std::size_t done = 0; done < rays_.size(); done += rays_per_call) {
         const auto piece =
@@ -81,7 +82,7 @@ TEST_P(DeterminismTest, SizeOfTheCalls) {
 
 TEST_P(DeterminismTest, FormOfTheCall) {
   // Calls for single rays and packets are many; a part of the rays is enough for them.
-  constexpr std::size_t kPart = 500;
+  constexpr std::size_t kPart = 64;
   for (const Query query : {Query::kClosest, Query::kAny}) {
     const std::vector<RTCRayHit> expected = Trace(drop_in_, {Form::Call::kRecords}, query, rays_);
     for (const Form& form : StreamForms()) {
@@ -107,7 +108,9 @@ TEST_P(DeterminismTest, Settings) {
        {"dacrt_piece_rays=64", "dacrt_piece_rays=1000", "dacrt_leaf_triangles=1",
         "dacrt_leaf_triangles=64", "dacrt_leaf_rays=1", "dacrt_leaf_rays=1024", "dacrt_bins=2",
         "dacrt_bins=8", "dacrt_bins=32", "dacrt_sample_rays=1", "dacrt_sample_rays=1024",
-        "dacrt_sample_threshold=1", "dacrt_sample_threshold=1000000",
+        "dacrt_sample_threshold=1", "dacrt_sample_threshold=1000000", "dacrt_algorithm=afra2012",
+        "dacrt_algorithm=mora2011", "dacrt_sampled_cost=0", "dacrt_sampled_order=0",
+        "dacrt_skip_filtering=0",
         "dacrt_bins=3,dacrt_leaf_triangles=5,dacrt_leaf_rays=2,dacrt_piece_rays=777"}) {
     const EmbreeDevice device(DropIn(), config);
     const EmbreeScene scene(device, scene_);

@@ -35,7 +35,9 @@ Tally& Tally::operator+=(const Tally& other) {
   comparisons += other.comparisons;
   audits += other.audits;
   for (std::size_t i = 0; i < relations.size(); ++i) relations[i] += other.relations[i];
-  for (std::size_t i = 0; i < sides.size(); ++i) sides[i] += other.sides[i];
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    for (std::size_t k = 0; k < sides[i].size(); ++k) sides[i][k] += other.sides[i][k];
+  }
   return *this;
 }
 
@@ -72,12 +74,15 @@ void Report::PrintTable(std::ostream& out) const {
   out << "\nin all\n";
   PrintLine(out, "", total);
   out << total.comparisons << " comparisons, " << total.audits
-      << " answers audited by brute force; where the libraries differ, exact arithmetic gives the "
-         "answer of";
-  for (int i = 0; i < 4; ++i) {
-    out << (i ? ", " : " ") << Name(static_cast<Side>(i)) << ' ' << total.sides[i] << " times";
+      << " answers audited by brute force\n\nwhose answer exact arithmetic gives\n";
+  for (int i = 2; i < kRelationCount; ++i) {
+    if (total.relations[i] == 0 || RelationAt(i) == Relation::kWithheld) continue;
+    out << std::left << std::setw(18) << Name(RelationAt(i)) << std::right;
+    for (int side = 0; side < kSideCount; ++side) {
+      out << std::setw(10) << total.sides[i][side] << ' ' << Name(static_cast<Side>(side));
+    }
+    out << '\n';
   }
-  out << '\n';
 }
 
 void Report::PrintExamples(std::ostream& out) const {

@@ -19,7 +19,8 @@ struct Tally {
   uint64_t comparisons = 0;  ///< one for each of these and each device of the real library
   uint64_t audits = 0;       ///< answers of the drop-in that were checked by the reference alone
   std::array<uint64_t, kRelationCount> relations{};
-  std::array<uint64_t, 4> sides{};  ///< of the differences that the reference was asked about
+  /// For each relation, how often exact arithmetic sides with whom.
+  std::array<std::array<uint64_t, kSideCount>, kRelationCount> sides{};
 
   uint64_t Count(Relation relation) const { return relations[static_cast<int>(relation)]; }
   Tally& operator+=(const Tally& other);

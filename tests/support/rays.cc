@@ -1,10 +1,14 @@
 #include "rays.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
+
+#include "random.h"
 
 namespace dacrt::tests {
 namespace {

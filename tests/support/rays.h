@@ -1,12 +1,11 @@
 // Rays of every kind that a renderer sends, and of those that find faults.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "embree_scene.h"
-#include "random.h"
 #include "scenes.h"
 
 namespace dacrt::tests {

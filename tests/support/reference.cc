@@ -236,34 +236,6 @@ bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners) {
   return false;
 }
 
-bool IsMovedIntoBox(const RTCRay& ray, const Corners& corners, const Bounded& exact, float t) {
-  // dacrt's own constants, and the difference, the reciprocal, the product and the slack's product.
-  constexpr double kLargestReciprocal = 1e36;
-  constexpr double kWidening = 0x1p-22, kWideningAbsolute = 1e-20;
-  constexpr double kSlack = 0x1p-16;
-  constexpr double kRounding = Gamma(4);
-  double first_entry = -kInfinity, last_entry = -kInfinity;
-  double first_exit = kInfinity, last_exit = kInfinity;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Slab slab(ray, corners, axis, kLargestReciprocal);
-    const auto widened = [&](double plane) {
-      return ((kWidening + kUnit) * std::abs(plane) + kWideningAbsolute) *
-             std::abs(slab.reciprocal);
-    };
-    const double entry_error = (kSlack + kRounding) * std::abs(slab.near);
-    const double exit_error = (kSlack + kRounding) * std::abs(slab.far);
-    first_entry = std::max(first_entry, slab.near - widened(slab.near_plane) - entry_error);
-    last_entry = std::max(last_entry, slab.near + entry_error);
-    first_exit = std::min(first_exit, slab.far - exit_error);
-    last_exit = std::min(last_exit, slab.far + widened(slab.far_plane) + exit_error);
-  }
-  const bool is_moved_up =
-      exact.value - exact.error <= last_entry && t >= first_entry && t <= last_entry;
-  const bool is_moved_down =
-      exact.value + exact.error >= first_exit && t >= first_exit && t <= last_exit;
-  return is_moved_up || is_moved_down;
-}
-
 Reference::Reference(const TestScene& scene) {
   const TestScene::Corners bounds = scene.Bounds();
   std::vector<std::pair<uint32_t, Item>> placed;

@@ -61,14 +61,6 @@ TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners);
 /// the float distance to a plane is monotone in the plane.
 bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners);
 
-/// Whether `t` is where the ray enters or leaves the triangle's bounding box, and rounding may put
-/// the hit with the distance `exact` before or behind the box.
-///
-/// dacrt moves such a hit to the box, which it widens by two ulp and by a share of 2^-16 of the
-/// distance: beside an edge within rounding, at a grazing angle, the triangle's plane is met far
-/// from the triangle.
-bool IsMovedIntoBox(const RTCRay& ray, const Corners& corners, const Bounded& exact, float t);
-
 struct ReferenceHit {
   uint32_t geometry_id;
   uint32_t primitive_id;

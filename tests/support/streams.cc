@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "random.h"
 
@@ -277,25 +279,33 @@ void TraceArrays(const EmbreeApi& api, RTCScene scene, RTCIntersectContext& cont
 const char* Name(Query query) { return query == Query::kClosest ? "closest" : "any"; }
 
 std::string Name(const Form& form) {
-  const std::string suffix = (form.gap ? "_gap" + std::to_string(form.gap) : "") +
-                             std::string(form.coherent ? "_coherent" : "");
+  std::ostringstream name;
   switch (form.call) {
     case Form::Call::kRecord:
-      return "1" + suffix;
+      name << "1";
+      break;
     case Form::Call::kPacket:
-      return std::to_string(form.lanes) + suffix;
+      name << form.lanes;
+      break;
     case Form::Call::kRecords:
-      return "1M" + suffix;
+      name << "1M";
+      break;
     case Form::Call::kRecordPointers:
-      return "1Mp" + suffix;
+      name << "1Mp";
+      break;
     case Form::Call::kPackets:
-      return "NM_" + std::to_string(form.lanes) + suffix;
+      name << "NM_" << form.lanes;
+      break;
     case Form::Call::kArrays:
-      return "Np" + suffix;
+      name << "Np";
+      break;
     case Form::Call::kRequiredArrays:
-      return "Np_required" + suffix;
+      name << "Np_required";
+      break;
   }
-  return "?";
+  if (form.gap) name << "_gap" << form.gap;
+  if (form.coherent) name << "_coherent";
+  return name.str();
 }
 
 std::vector<Form> StreamForms() {

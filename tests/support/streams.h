@@ -47,7 +47,7 @@ std::vector<Form> PacketForms();
 void ReplaceAbsent(const Form& form, std::span<RTCRayHit> rays);
 
 /// Traces a copy of `rays` and returns the records afterwards, hits in place.
-/// Throws std::runtime_error if a byte changed that belongs to no record (`source` names the form).
+/// Throws std::runtime_error if a byte changed that belongs to no record.
 std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query query,
                              std::span<const RTCRayHit> rays);
 
