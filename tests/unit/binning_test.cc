@@ -95,8 +95,8 @@ void OuterCentersFallIntoOuterBins() {
 void AnAxisWithoutExtentIsNotUseful() {
   std::vector<TriangleRef> refs(3);
   for (TriangleRef& ref : refs) ref = {{1, 2, 3}, 0, {4, 5, 6}, 0};
-  refs[1].upper[1] = 7;                                     // centres differ in y
-  refs[2].lower[2] = 3 * (1 - 0x1p-23f);                    // and by one rounding in z
+  refs[1].upper[1] = 7;                   // centres differ in y
+  refs[2].lower[2] = 3 * (1 - 0x1p-23f);  // and by one rounding in z
   Box tiny = Box::Empty();
   const float zero[3] = {0, 0, 0}, denormal[3] = {1e-45f, 1e-40f, 1e-30f};
   tiny.Extend(zero);

@@ -24,16 +24,16 @@ using unit::Ray;
 std::optional<Split> Choose(const std::vector<TriangleRef>& refs, uint32_t bins, bool sampled,
                             Scratch& scratch) {
   StepClock clock;
-  return ChooseSplit(refs.data(), unit::RangeOf(refs, 0, refs.size()), bins, sampled,
-                     scratch, clock);
+  return ChooseSplit(refs.data(), unit::RangeOf(refs, 0, refs.size()), bins, sampled, scratch,
+                     clock);
 }
 
 TriangleRef RefOf(float lower_x, float upper_x) {
   return {{lower_x, -1, -1}, 0, {upper_x, 1, 1}, 0};
 }
 
-/// Rays and triangles of the slides' worked example. Six triangles along x in five bins, two of them
-/// in the last; three sample rays:
+/// Rays and triangles of the slides' worked example. Six triangles along x in five bins, two of
+/// them in the last; three sample rays:
 ///   through all of them along x; along x too, but from the third on; across, through the fourth.
 class SlidesExample {
  public:
@@ -63,8 +63,8 @@ void SlidesExampleCosts16And14And15And16Thirds() {
   MakeCandidates(kBins, *example.scratch);
   constexpr double kCosts[] = {16 / 3.0, 14 / 3.0, 15 / 3.0, 16 / 3.0};
   for (size_t k = 0; k < 4; ++k) {
-    EXPECT_DOUBLE_EQ(
-        SampledCost(example.scratch->candidates[0][k], example.scratch->samples), kCosts[k]);
+    EXPECT_DOUBLE_EQ(SampledCost(example.scratch->candidates[0][k], example.scratch->samples),
+                     kCosts[k]);
   }
 }
 

@@ -57,9 +57,10 @@ class Packets {
           org[axis] = hn::Set(kFloat, batch.org[axis][slot]);
           reciprocal[axis] = SafeReciprocal(hn::Set(kFloat, batch.dir[axis][slot]));
         }
-        enters |= Bits(Enters(IntersectBox(wide, org, reciprocal),
-                              hn::Set(kFloat, batch.tnear[slot]),
-                              hn::Set(kFloat, batch.tfar[slot]))) & 1;
+        enters |=
+            Bits(Enters(IntersectBox(wide, org, reciprocal), hn::Set(kFloat, batch.tnear[slot]),
+                        hn::Set(kFloat, batch.tfar[slot]))) &
+            1;
       }
       if (enters) entering.push_back(packet);
     }

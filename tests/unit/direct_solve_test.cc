@@ -83,12 +83,11 @@ class Solver {
   /// Blocks of `block_rays` rays, each against leaves of `leaf_triangles` triangles.
   template <Query kQuery>
   std::vector<Answer> Solve(std::span<const Ray> rays, size_t block_rays, size_t leaf_triangles) {
-    BatchMemory memory(hwy::DivCeil(rays.size(), block_rays) *
-                               hwy::RoundUpTo(block_rays, kMaxLanes) + kMaxLanes,
-                       rays.size());
+    BatchMemory memory(
+        hwy::DivCeil(rays.size(), block_rays) * hwy::RoundUpTo(block_rays, kMaxLanes) + kMaxLanes,
+        rays.size());
     const Settings settings;
-    const SolveTask task{table_,    settings,   refs,  memory.batch,
-                         *scratch_, statistics, clock_};
+    const SolveTask task{table_, settings, refs, memory.batch, *scratch_, statistics, clock_};
     std::vector<Answer> answers;
     for (size_t first = 0; first < rays.size(); first += block_rays) {
       const RayBlock block = memory.Push(rays.subspan(first, block_rays), first);
@@ -166,7 +165,8 @@ void MatchesDoublePrecision() {
         const unit::ExactHit exact = unit::IntersectExactly(rays[i], solver.mesh(0), triangle);
         const double slack = 1e-4 * std::abs(exact.t);
         clear &= !(std::abs(exact.inside) < 1e-3) && !(std::abs(exact.t - rays[i].tnear) < slack) &&
-                 !(std::abs(exact.t - rays[i].tfar) < slack) && !(std::abs(exact.t - least) < slack);
+                 !(std::abs(exact.t - rays[i].tfar) < slack) &&
+                 !(std::abs(exact.t - least) < slack);
         if (exact.inside < 0 || exact.t <= rays[i].tnear || exact.t > rays[i].tfar) continue;
         if (exact.t < least) {
           least = exact.t;
@@ -196,9 +196,9 @@ void OrderAndGroupingDoNotMatter() {
   }
 }
 
-// Small triangles, far away and nearly parallel to the ray: t is off by more than their box is deep.
-// A distance that was moved into the box for comparing, and not for the depth test against what had
-// been found before, made the hit depend on the order.
+// Small triangles, far away and nearly parallel to the ray: t is off by more than their box is
+// deep. A distance that was moved into the box for comparing, and not for the depth test against
+// what had been found before, made the hit depend on the order.
 void OrderDoesNotMatterFarAwayAtGrazingAngles() {
   Random random(3);
   for (int round = 0; round < 400; ++round) {
@@ -208,9 +208,8 @@ void OrderDoesNotMatterFarAwayAtGrazingAngles() {
     const Float3 org = random.InCube(-1, 1), way = random.Direction();
     // Triangles in a slab that contains the way: squeezed along a normal of it.
     Float3 normal = random.Direction();
-    const auto dot = [](const Float3& a, const Float3& b) HWY_ATTR {
-      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    };
+    const auto dot = [](const Float3& a, const Float3& b)
+                         HWY_ATTR { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
     const float along = dot(normal, way);
     for (size_t axis = 0; axis < 3; ++axis) normal[axis] -= along * way[axis];
     const auto point_in_slab = [&]() HWY_ATTR {
@@ -272,10 +271,10 @@ void TheIntervalIsOpenAtTNearAndClosedAtTFar() {
     float tnear, tfar;
     bool hits;
   };
-  const Case cases[] = {{0, 1, true},      {0, below, false}, {0, above, true},
+  const Case cases[] = {{0, 1, true},          {0, below, false}, {0, above, true},
                         {1, kInfinity, false}, {below, 1, true},  {below, above, true},
-                        {above, 2, false}, {1, 1, false},     {-kInfinity, kInfinity, true},
-                        {-5, 1, true},     {-5, -0.0f, false}};
+                        {above, 2, false},     {1, 1, false},     {-kInfinity, kInfinity, true},
+                        {-5, 1, true},         {-5, -0.0f, false}};
   for (const Case& c : cases) {
     const std::vector<Ray> rays(19, unit::MakeRay({0, 0, 0}, {1, 0, 0}, c.tnear, c.tfar));
     for (const auto& answers : {solver.SolveTogether(rays), solver.SolveAlone(rays)}) {
@@ -376,10 +375,9 @@ void BothSidesAreHit() {
   Mesh mesh;
   mesh.Add({1, 0, 0}, {1, 1, 0}, {1, 0, 1});
   Solver solver({mesh});
-  const std::vector<Ray> rays = {unit::MakeRay({0, 0.25f, 0.5f}, {1, 0, 0}),
-                                 unit::MakeRay({2, 0.25f, 0.5f}, {-1, 0, 0}),
-                                 unit::MakeRay({0, 0.25f, 0.5f}, {-1, 0, 0}),
-                                 unit::MakeRay({2, 0.25f, 0.5f}, {1, 0, 0})};
+  const std::vector<Ray> rays = {
+      unit::MakeRay({0, 0.25f, 0.5f}, {1, 0, 0}), unit::MakeRay({2, 0.25f, 0.5f}, {-1, 0, 0}),
+      unit::MakeRay({0, 0.25f, 0.5f}, {-1, 0, 0}), unit::MakeRay({2, 0.25f, 0.5f}, {1, 0, 0})};
   const auto answers = solver.SolveTogether(rays);
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(answers[i].tfar, 1);

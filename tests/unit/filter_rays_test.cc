@@ -46,7 +46,8 @@ bool EntersAlone(const RayBatch& batch, size_t slot, const Box& box) {
   }
   const Interval interval = IntersectBox(Widen(box.lower, box.upper), org, reciprocal);
   return Bits(Enters(interval, hn::Set(kFloat, batch.tnear[slot]),
-                     hn::Set(kFloat, batch.tfar[slot]))) & 1;
+                     hn::Set(kFloat, batch.tfar[slot]))) &
+         1;
 }
 
 std::span<const RayBlock> One(const RayBlock& block) { return {&block, 1}; }
@@ -178,8 +179,7 @@ void FilterDeeper(Random& random, RayBatch& batch, const RayBlock& parent, int d
     ASSERT_EQ(batch.top, top);
     ASSERT_EQ(batch.bits_top, bits_top);
     for (size_t i = 0; i < parent.count; ++i) {
-      ASSERT_TRUE(SameFloat(batch.tfar[parent.begin + i],
-                            expected[batch.index[parent.begin + i]]));
+      ASSERT_TRUE(SameFloat(batch.tfar[parent.begin + i], expected[batch.index[parent.begin + i]]));
     }
   }
 }

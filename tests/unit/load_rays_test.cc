@@ -176,7 +176,8 @@ struct Layout {
 
 class LoadRaysLayoutTest : public testing::TestWithParam<Layout> {};
 
-// Packets of SoA lanes, consecutive or through a table of pointers; the last one may be partly used.
+// Packets of SoA lanes, consecutive or through a table of pointers; the last one may be partly
+// used.
 TEST_P(LoadRaysLayoutTest, ReadsTheRightLanes) {
   constexpr std::size_t kComponents = 9;
   const auto [lanes, by_pointers] = GetParam();
@@ -210,9 +211,9 @@ TEST_P(LoadRaysLayoutTest, ReadsTheRightLanes) {
     if (by_pointers) view.packets = table.data();
     const RayView::Component start =
         by_pointers ? 0 : reinterpret_cast<RayView::Component>(memory.data());
-    RayView::Component* const components[kComponents] = {
-        &view.org_x, &view.org_y, &view.org_z, &view.dir_x, &view.dir_y,
-        &view.dir_z, &view.tnear, &view.tfar,  &view.mask};
+    RayView::Component* const components[kComponents] = {&view.org_x, &view.org_y, &view.org_z,
+                                                         &view.dir_x, &view.dir_y, &view.dir_z,
+                                                         &view.tnear, &view.tfar,  &view.mask};
     for (std::size_t c = 0; c < kComponents; ++c) {
       *components[c] = start + c * lanes * sizeof(float);
     }

@@ -15,8 +15,8 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
-using unit::kInfinity;
 using unit::Float3;
+using unit::kInfinity;
 using unit::Random;
 using unit::Ray;
 
@@ -48,15 +48,13 @@ struct RayLanes {
 
 ScalarInterval IntervalOf(const Ray& ray, const Box& box) {
   const RayLanes lanes(ray);
-  const Interval interval =
-      IntersectBox(Widen(box.lower, box.upper), lanes.org, lanes.reciprocal);
+  const Interval interval = IntersectBox(Widen(box.lower, box.upper), lanes.org, lanes.reciprocal);
   return {FirstLane(interval.entry), FirstLane(interval.exit)};
 }
 
 bool EntersBox(const Ray& ray, const Box& box) {
   const RayLanes lanes(ray);
-  const Interval interval =
-      IntersectBox(Widen(box.lower, box.upper), lanes.org, lanes.reciprocal);
+  const Interval interval = IntersectBox(Widen(box.lower, box.upper), lanes.org, lanes.reciprocal);
   return Bits(Enters(interval, lanes.tnear, lanes.tfar)) & 1;
 }
 
@@ -135,7 +133,8 @@ void MissesWhatIsFarBeside() {
   }
 }
 
-// What the promise of equal bits rests on: if A lies in B, B is entered no later and left no earlier.
+// What the promise of equal bits rests on: if A lies in B, B is entered no later and left no
+// earlier.
 void IsMonotone() {
   Random random(3);
   for (int i = 0; i < 60000; ++i) {
@@ -176,9 +175,10 @@ void WideningIsMonotoneNearItsConstant() {
       for (int i = 0; i < 32; ++i) {
         const float y = std::nextafter(x, kInfinity);
         ASSERT_LE(FirstLane(WidenDown(hn::Set(kFloat, x))),
-                  FirstLane(WidenDown(hn::Set(kFloat, y)))) << x;
-        ASSERT_LE(FirstLane(WidenUp(hn::Set(kFloat, x))),
-                  FirstLane(WidenUp(hn::Set(kFloat, y)))) << x;
+                  FirstLane(WidenDown(hn::Set(kFloat, y))))
+            << x;
+        ASSERT_LE(FirstLane(WidenUp(hn::Set(kFloat, x))), FirstLane(WidenUp(hn::Set(kFloat, y))))
+            << x;
         x = y;
       }
     }
@@ -210,8 +210,8 @@ void ReciprocalIsFiniteAndKeepsTheSign() {
   }
 }
 
-// A ray that runs exactly in a face, along an edge or through a corner of the box is in the box, with
-// either zero as the direction's component.
+// A ray that runs exactly in a face, along an edge or through a corner of the box is in the box,
+// with either zero as the direction's component.
 void RaysInAFaceAreInside() {
   const float faces[][2] = {{-1, 1}, {0, 1}, {-1, 0}, {0, 0}, {1e6f, 1e6f + 1}, {-3e-5f, 7e-5f}};
   for (const auto& x : faces) {

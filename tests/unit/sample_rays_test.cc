@@ -152,9 +152,9 @@ void RaysThatSayNothingAboutTheOrderCountForNeither() {
   const Box left{{0, 0, 0, 0}, {2, 2, 2, 0}}, right{{1, 0, 0, 0}, {3, 2, 2, 0}};
   BatchMemory memory(64, 4);
   const std::vector<Ray> rays = {
-      unit::MakeRay({1.5f, 1, 1}, {1, 0, 0}),              // begins in both
-      unit::MakeRay({1.5f, 1, -5}, {0, 0, 1}),             // enters both at once
-      unit::MakeRay({9, 9, 9}, {1, 0, 0}),                 // misses both
+      unit::MakeRay({1.5f, 1, 1}, {1, 0, 0}),                        // begins in both
+      unit::MakeRay({1.5f, 1, -5}, {0, 0, 1}),                       // enters both at once
+      unit::MakeRay({9, 9, 9}, {1, 0, 0}),                           // misses both
       unit::MakeRay({1.5f, 1, 1}, {1, 0, 0}, 0, -unit::kInfinity)};  // blocked already
   const RayBlock block = memory.Push(rays);
   TakeSampleRays(memory.batch, block, 100, *samples);
@@ -171,10 +171,10 @@ void TheSideEnteredFirstIsCloser() {
   const Box left{{0, 0, 0, 0}, {1, 1, 1, 0}}, right{{2, 0, 0, 0}, {3, 1, 1, 0}};
   BatchMemory memory(64, 4);
   const std::vector<Ray> rays = {
-      unit::MakeRay({-1, 0.5f, 0.5f}, {1, 0, 0}),              // left first, then right
-      unit::MakeRay({5, 0.5f, 0.5f}, {-1, 0, 0}),              // right first
-      unit::MakeRay({2.5f, -1, 0.5f}, {0, 1, 0}),              // right alone
-      unit::MakeRay({5, 0.5f, 0.5f}, {-1, 0, 0}, 0, 2.5f)};    // right, ends before left
+      unit::MakeRay({-1, 0.5f, 0.5f}, {1, 0, 0}),            // left first, then right
+      unit::MakeRay({5, 0.5f, 0.5f}, {-1, 0, 0}),            // right first
+      unit::MakeRay({2.5f, -1, 0.5f}, {0, 1, 0}),            // right alone
+      unit::MakeRay({5, 0.5f, 0.5f}, {-1, 0, 0}, 0, 2.5f)};  // right, ends before left
   const RayBlock block = memory.Push(rays);
   TakeSampleRays(memory.batch, block, 100, *samples);
   const SampleCounts counts = CountSamples(*samples, left, right);

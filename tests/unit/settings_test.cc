@@ -138,8 +138,8 @@ TEST(SettingsTest, NamesGoBothWays) {
 TEST(SettingsTest, UnknownNamesOfChoicesAreRefusedWithTheLegalOnes) {
   Settings settings;
   std::string message = MessageOf([&] { SetByName(settings, "instruction_set", "avx9000"); });
-  for (const char* part : {"instruction_set", "\"avx9000\"", "scalar", "ssse3", "sse4", "avx2",
-                           "avx512", "best"}) {
+  for (const char* part :
+       {"instruction_set", "\"avx9000\"", "scalar", "ssse3", "sse4", "avx2", "avx512", "best"}) {
     EXPECT_TRUE(Contains(message, part));
   }
   message = MessageOf([&] { SetByName(settings, "algorithm", "Nabata2013"); });
@@ -154,8 +154,8 @@ TEST(SettingsTest, UnknownSettingsAreRefusedWithTheKnownOnes) {
     const std::string message = MessageOf([&] { SetByName(settings, name, "8"); });
     EXPECT_TRUE(Contains(message, '"' + name + '"'));
     for (const Number& number : kNumbers) EXPECT_TRUE(Contains(message, number.name));
-    for (const char* part : {"algorithm", "instruction_set", "sampled_cost", "sampled_order",
-                             "skip_filtering"}) {
+    for (const char* part :
+         {"algorithm", "instruction_set", "sampled_cost", "sampled_order", "skip_filtering"}) {
       EXPECT_TRUE(Contains(message, part));
     }
   }

@@ -7,8 +7,8 @@
 namespace dacrt {
 namespace {
 
-// Every member has eight bytes, and each but the depth is a sum: so a member that operator+= forgets
-// is found without being named here.
+// Every member has eight bytes, and each but the depth is a sum: so a member that operator+=
+// forgets is found without being named here.
 TEST(StatisticsTest, AddingAddsEveryMemberAndKeepsTheLargerDepth) {
   constexpr std::size_t kMembers = sizeof(Statistics) / 8;
   static_assert(sizeof(Statistics) % 8 == 0);

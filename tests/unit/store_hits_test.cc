@@ -94,12 +94,14 @@ class Piece {
       const uint32_t index = memory_.batch.index[slot];
       const Ray& ray = records[first_ + index];
       const Aim& aim = aims_[index];
-      const unit::ExactHit exact = unit::IntersectExactly(before[first_ + index], mesh_,
-                                                          aim.triangle);
+      const unit::ExactHit exact =
+          unit::IntersectExactly(before[first_ + index], mesh_, aim.triangle);
       double e1[3], e2[3], ng[3], length = 0, along = 0;
       for (size_t axis = 0; axis < 3; ++axis) {
-        e1[axis] = double{mesh_.Corner(aim.triangle, 0)[axis]} - mesh_.Corner(aim.triangle, 1)[axis];
-        e2[axis] = double{mesh_.Corner(aim.triangle, 2)[axis]} - mesh_.Corner(aim.triangle, 0)[axis];
+        e1[axis] =
+            double{mesh_.Corner(aim.triangle, 0)[axis]} - mesh_.Corner(aim.triangle, 1)[axis];
+        e2[axis] =
+            double{mesh_.Corner(aim.triangle, 2)[axis]} - mesh_.Corner(aim.triangle, 0)[axis];
       }
       for (size_t axis = 0; axis < 3; ++axis) {
         const size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
@@ -168,9 +170,8 @@ void WritesHitsAndNothingElse() {
 // A record without the component in question keeps all its bytes there.
 void AbsentComponentsAreNotWritten() {
   Random random(2);
-  for (RayView::Component RayView::* component :
-       {&RayView::u, &RayView::v, &RayView::primitive_id, &RayView::geometry_id,
-        &RayView::instance_id}) {
+  for (RayView::Component RayView::*component : {&RayView::u, &RayView::v, &RayView::primitive_id,
+                                                 &RayView::geometry_id, &RayView::instance_id}) {
     Piece piece(random, 0, 100);
     RayView view = ViewOf(piece.records);
     view.*component = RayView::kAbsent;

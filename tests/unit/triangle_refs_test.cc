@@ -24,8 +24,8 @@ TEST(TriangleRefsTest, BoundsAreThoseOfTheCornersExactly) {
     EXPECT_EQ(ref.primitive, i);
     EXPECT_EQ(ref.mesh, 0u);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [lower, upper] = std::minmax(
-          {mesh.Corner(i, 0)[axis], mesh.Corner(i, 1)[axis], mesh.Corner(i, 2)[axis]});
+      const auto [lower, upper] =
+          std::minmax({mesh.Corner(i, 0)[axis], mesh.Corner(i, 1)[axis], mesh.Corner(i, 2)[axis]});
       EXPECT_EQ(ref.lower[axis], lower);
       EXPECT_EQ(ref.upper[axis], upper);
     }

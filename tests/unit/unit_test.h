@@ -124,8 +124,8 @@ struct Mesh {
   }
 
   TriangleMesh View() const {
-    return {vertices.data(),  sizeof(Float3), vertices.size(), triangles.data(),
-            3 * sizeof(uint32_t), triangles.size(), geometry_id, mask};
+    return {vertices.data(),      sizeof(Float3),   vertices.size(), triangles.data(),
+            3 * sizeof(uint32_t), triangles.size(), geometry_id,     mask};
   }
 
   /// Corner `corner` of a triangle whose indices are legal.
@@ -295,8 +295,7 @@ inline ExactHit IntersectExactly(const Ray& ray, const Float3& v0, const Float3&
     return Double3{double{a[0]} - b[0], double{a[1]} - b[1], double{a[2]} - b[2]};
   };
   const auto cross = [](const Double3& a, const Double3& b) {
-    return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                   a[0] * b[1] - a[1] * b[0]};
+    return Double3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   };
   const auto dot = [](const Double3& a, const Double3& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <stdexcept>
+
+#include "dacrt/dacrt.h"
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+using unit::kInfinity;
+using unit::kNaN;
+using unit::Mesh;
+using unit::Random;
+using unit::Ray;
+
+TEST(SceneTest, BoundsAndCountAreThoseOfTheTrianglesThatCanBeHit) {
+  Mesh mesh;
+  mesh.Add({-1, 2, 3}, {4, -5, 6}, {0, 0, -7});
+  mesh.Add({1, 1, 1}, {2, 2, 2}, {100, kNaN, 0});
+  mesh.Add({1, 1, 1}, {2, 2, 2}, {-2e18f, 0, 0});
+  mesh.triangles.push_back({0, 1, 77});
+  mesh.vertices.push_back({50, 50, 50});  // of no triangle
+  const TriangleMesh view = mesh.View();
+  const Scene scene(std::make_shared<Device>(), {&view, 1});
+  EXPECT_EQ(scene.triangle_count(), 1u);
+  const Bounds bounds = scene.bounds();
+  EXPECT_EQ(bounds.lower[0], -1);
+  EXPECT_EQ(bounds.lower[1], -5);
+  EXPECT_EQ(bounds.lower[2], -7);
+  EXPECT_EQ(bounds.upper[0], 4);
+  EXPECT_EQ(bounds.upper[1], 2);
+  EXPECT_EQ(bounds.upper[2], 6);
+}
+
+TEST(SceneTest, WithoutTrianglesTheBoundsAreEmpty) {
+  const Scene scene(std::make_shared<Device>(), {});
+  const Bounds bounds = scene.bounds();
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(bounds.lower[axis], kInfinity);
+    EXPECT_EQ(bounds.upper[axis], -kInfinity);
+  }
+  EXPECT_EQ(scene.triangle_count(), 0u);
+}
+
+TEST(SceneTest, RefusesWhatItCanNotRead) {
+  EXPECT_THROW(Scene(nullptr, {}), std::invalid_argument);
+  TriangleMesh mesh;
+  mesh.triangle_count = 1;
+  EXPECT_THROW(Scene(std::make_shared<Device>(), {&mesh, 1}), std::invalid_argument);
+}
+
+// Valid triangles at the very ends of their arrays, invalid ones between: none of it is looked at
+// where it may not be, in the constructor and in a trace.
+TEST(SceneTest, ReadsNothingOutsideTheArrays) {
+  unit::GuardedArray<float> vertices(9);
+  unit::GuardedArray<uint32_t> triangles(12);
+  const float corners[9] = {1, -1, -1, 1, 1, -1, 1, 0, 1};
+  const uint32_t indices[12] = {0, 1, 2, 0, 1, 3, UINT32_MAX, 0, 1, 2, 1, 0};
+  std::copy(std::begin(corners), std::end(corners), vertices.begin());
+  std::copy(std::begin(indices), std::end(indices), triangles.begin());
+  TriangleMesh mesh;
+  mesh.vertices = vertices.data();
+  mesh.vertex_count = 3;
+  mesh.triangles = triangles.data();
+  mesh.triangle_count = 4;
+  const Scene scene(std::make_shared<Device>(), {&mesh, 1});
+  EXPECT_EQ(scene.triangle_count(), 2u);
+  std::vector<Ray> rays(3, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  EXPECT_EQ(scene.Trace(Query::kClosest, ViewOf(rays)).hits, 3u);
+  EXPECT_EQ(rays[0].primitive_id, 0u);
+}
+
+// The caller's rays, too: each component in an array that ends at a guard page.
+TEST(SceneTest, TouchesNothingOutsideTheRays) {
+  Mesh mesh;
+  mesh.Add({1, -1, -1}, {1, 1, -1}, {1, 0, 1});
+  const TriangleMesh mesh_view = mesh.View();
+  const Scene scene(std::make_shared<Device>(), {&mesh_view, 1});
+  for (const std::size_t count : {1u, 3u, 16u, 17u, 70u}) {
+    std::vector<std::unique_ptr<unit::GuardedArray<float>>> arrays;
+    const auto component = [&](float value) {
+      arrays.push_back(std::make_unique<unit::GuardedArray<float>>(count));
+      std::fill(arrays.back()->begin(), arrays.back()->end(), value);
+      return reinterpret_cast<RayView::Component>(arrays.back()->data());
+    };
+    RayView view;
+    view.count = count;
+    view.packet_stride = sizeof(float);
+    view.org_x = component(0);
+    view.org_y = component(0);
+    view.org_z = component(0);
+    view.dir_x = component(1);
+    view.dir_y = component(0);
+    view.dir_z = component(0);
+    view.tnear = component(0);
+    view.tfar = component(kInfinity);
+    view.mask = component(1);
+    view.ng_x = component(0);
+    view.ng_y = component(0);
+    view.ng_z = component(0);
+    view.u = component(0);
+    view.v = component(0);
+    view.primitive_id = component(0);
+    view.geometry_id = component(0);
+    view.instance_id = component(0);
+    EXPECT_EQ(scene.Trace(Query::kClosest, view).hits, count);
+    const float* tfar = reinterpret_cast<const float*>(view.tfar);
+    for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(tfar[i], 1);
+    EXPECT_EQ(scene.Trace(Query::kAny, view).hits, count);
+    for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(tfar[i], -kInfinity);
+  }
+}
+
+TEST(SceneTest, KeepsItsDeviceAlive) {
+  Mesh mesh;
+  mesh.Add({1, -1, -1}, {1, 1, -1}, {1, 0, 1});
+  const TriangleMesh view = mesh.View();
+  auto device = std::make_shared<Device>();
+  const Scene scene(device, {&view, 1});
+  device.reset();
+  std::vector<Ray> rays(1, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  EXPECT_EQ(scene.Trace(Query::kClosest, ViewOf(rays)).hits, 1u);
+}
+
+TEST(SceneTest, ScenesMayShareADevice) {
+  Random random(1);
+  const auto device = std::make_shared<Device>();
+  const Mesh large = unit::MakeSoup(random, 2000, 1, 0.2f), small = unit::MakeSoup(random, 3, 1, 1);
+  const TriangleMesh large_view = large.View(), small_view = small.View();
+  const Scene a(device, {&large_view, 1}), b(device, {&small_view, 1});
+  auto first = unit::MakeRays(random, 500, 1);
+  auto second = first;
+  a.Trace(Query::kClosest, ViewOf(first));
+  auto other = unit::MakeRays(random, 700, 1);
+  b.Trace(Query::kClosest, ViewOf(other));
+  a.Trace(Query::kClosest, ViewOf(second));
+  for (std::size_t i = 0; i < first.size(); ++i) EXPECT_TRUE(SameBits(first[i], second[i]));
+}
+
+}  // namespace
+}  // namespace dacrt
