@@ -1,5 +1,6 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -52,14 +53,14 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
   app.get_formatter()->column_width(34);
   app.add_option("--scene", options.scenes, "Scenes, as method_bench takes them")
       ->capture_default_str()
-      ->type_name("NAME|FILE ...");
+      ->type_name("NAME|FILE");
   app.add_option("--scenes-dir", options.folder, "Folder of the PLY scenes")
       ->envname("DACRT_SCENES_DIR")
       ->type_name("DIR");
   app.add_option("--kind", kinds, "Kinds of rays")
       ->check(CLI::IsMember(all_kinds))
-      ->type_name("KIND ...");
-  app.add_option("--rays", sides, "N x N camera rays")->capture_default_str()->type_name("N ...");
+      ->type_name("KIND");
+  app.add_option("--rays", sides, "N x N camera rays")->capture_default_str()->type_name("N");
   app.add_option("--repeat", options.repeat, "Rounds, of which the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
@@ -168,7 +169,7 @@ class Benchmark {
                                          {"threads", 1},
                                          {"repeat", options_.repeat},
                                          {"cells", cells}};
-    WriteFile(options_.json, json.dump(1) + "\n");
+    WriteFile(options_.json, JsonText(json));
   }
 
   const Options& options_;

@@ -17,8 +17,7 @@ const char* Name(RTCBuildQuality quality) {
   return quality == RTC_BUILD_QUALITY_LOW ? "low" : "medium";
 }
 
-// Embree's 16-wide coherent occlusion can hang (see the list of its faults in the documentation of
-// the drop-in), so AVX2 stands in for it.
+// Embree's 16-wide coherent occlusion is known not to return on some scenes; AVX2 stands in for it.
 bool IsUsable(const EmbreeVariant& variant, Query query) {
   return !(variant.isa == "avx512" && variant.call == Call::kCoherentStream &&
            query == Query::kAny);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "errors.h"
+#include "hit_check.h"
 #include "measure.h"
 
 namespace dacrt::bench {
@@ -145,6 +146,39 @@ TEST(FingerprintTest, SeesEveryBitOfAHitAndNothingElse) {
   other_hit.v = std::nextafter(0.0f, 1.0f);
   EXPECT_NE(Fingerprint(Query::kClosest, hit), Fingerprint(Query::kClosest, miss));
   EXPECT_NE(Fingerprint(Query::kClosest, hit), Fingerprint(Query::kClosest, other_hit));
+}
+
+TEST(HitCheckTest, OneOtherHitIsADisagreement) {
+  RayBuffer rays(3);
+  rays.Begin(kInfinity);
+  for (uint32_t id = 0; id < 3; ++id) rays.Append({0, 0, 0}, {0, 0, 1}, id);
+  HitCheck check(Query::kClosest);
+  rays.rays()[1].geometry_id = 0;
+  rays.rays()[1].tfar = 2;
+  check.Check("one", rays);
+  check.Check("another", rays);
+  rays.rays()[1].tfar = std::nextafter(2.0f, 3.0f);
+  try {
+    check.Check("a third", rays);
+    FAIL() << "no disagreement";
+  } catch (const Disagreement& error) {
+    const std::string message = error.what();
+    for (const char* const part : {"one", "a third", "1 of 3 rays", "ray 1 "}) {
+      EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
+  }
+}
+
+TEST(RayBufferTest, RearmingUndoesATrace) {
+  RayBuffer rays(1);
+  rays.Begin(1);
+  rays.Append({0, 0, 0}, {0, 0, 1}, 7);
+  rays.rays()[0].tfar = -kInfinity;
+  rays.rays()[0].geometry_id = 0;
+  rays.Rearm();
+  EXPECT_EQ(rays.rays()[0].tfar, 1);
+  EXPECT_EQ(rays.rays()[0].geometry_id, kNoGeometry);
+  EXPECT_EQ(rays.rays()[0].id, 7u);
 }
 
 }  // namespace

@@ -69,10 +69,16 @@ class Benchmark {
                     std::vector<FrameResult>& frames) {
     const std::string name =
         contest.scene().name + ", " + kind.title + ", " + Squared(raster.rays_a_side());
-    frames.push_back(
-        contest.Measure(kind, raster, options_.repeat, [&](const Pass& pass, std::size_t rays) {
-          progress_.Show(name + ": " + pass.name + ", " + Grouped(rays) + " rays");
-        }));
+    std::string at = name;  // and the pass
+    try {
+      frames.push_back(
+          contest.Measure(kind, raster, options_.repeat, [&](const Pass& pass, std::size_t rays) {
+            at = name + ": " + pass.name;
+            progress_.Show(at + ", " + Grouped(rays) + " rays");
+          }));
+    } catch (const Disagreement& error) {
+      throw Disagreement(at + ": " + error.what());
+    }
     progress_.Finish(name + ": " + Summary(frames.back()));
     Save();
   }
@@ -87,8 +93,7 @@ class Benchmark {
 
   // After every frame: what was measured is not lost if the run ends early.
   void Save() const {
-    constexpr int kIndent = 1;
-    if (!options_.json.empty()) WriteFile(options_.json, ToJson(results_).dump(kIndent) + "\n");
+    if (!options_.json.empty()) WriteFile(options_.json, JsonText(ToJson(results_)));
     if (!options_.plots.empty()) {
       MakeFolder(options_.plots);
       WritePlots(results_, options_.plots);

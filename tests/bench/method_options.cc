@@ -10,11 +10,9 @@ namespace dacrt::bench {
 namespace {
 
 constexpr char kDescription[] =
-    "Reproduces the results of Nabata et al., \"Efficient Divide-And-Conquer Ray Tracing using "
-    "Ray\n"
-    "Sampling\", HPG 2013: scenes x kinds of frames x numbers of rays x algorithms, on one "
-    "thread.\n"
-    "Making rays and shading are not measured.";
+    R"(Reproduces the results of Nabata et al., "Efficient Divide-And-Conquer Ray Tracing using Ray
+Sampling", HPG 2013: scenes x kinds of frames x numbers of rays x algorithms, on one thread.
+Making rays and shading are not measured.)";
 
 constexpr char kFooter[] = R"(
 A scene is one of hall-75k, hall-260k, hall-1m, hall-5m (generated), sibenik, sponza,
@@ -137,23 +135,23 @@ std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv) {
   CLI::Option* const short_flag =
       app.add_flag("--short", is_short, "The small hall, 256^2 and 512^2 rays: about a minute");
   app.add_flag("--full", is_full, "All scenes, 512^2 to 4096^2 rays: hours")->excludes(short_flag);
-  app.add_option("--scene", scenes, "Scenes")->type_name("NAME|FILE ...");
+  app.add_option("--scene", scenes, "Scenes")->type_name("NAME|FILE");
   app.add_option("--scenes-dir", folder, "Folder of the PLY scenes")
       ->envname("DACRT_SCENES_DIR")
       ->type_name("DIR");
   app.add_option("--kind", kinds, "Frames: point, area, ambient, path, path-dof")
-      ->type_name("KIND ...");
+      ->type_name("KIND");
   app.add_option("--rays", sides, "N x N rays a pass: pixels up to 512 x 512, then samples a pixel")
-      ->type_name("N ...");
+      ->type_name("N");
   app.add_option("--algorithm", algorithms, "Algorithms, the one to compare with first")
       ->capture_default_str()
-      ->type_name("NAME ...");
+      ->type_name("NAME");
   app.add_option("--repeat", options.repeat, "Runs, of which the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->type_name("N");
   app.add_option("--set", assignments, "Settings of all algorithms, as in bins=8")
-      ->type_name("NAME=VALUE ...");
+      ->type_name("NAME=VALUE");
   app.add_flag("--ablation", has_ablation,
                "Also the default against itself with one setting changed");
   app.add_option("--json", options.json, "Write all figures")->type_name("FILE");

@@ -21,6 +21,11 @@ void WriteFile(const std::filesystem::path& path, const std::string& text) {
   }
 }
 
+std::string JsonText(const nlohmann::ordered_json& json) {
+  constexpr int kIndent = 1;
+  return json.dump(kIndent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 void MakeFolder(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace dacrt::bench {
@@ -9,6 +10,9 @@ namespace dacrt::bench {
 /// Writes `text` beside `path` and moves it there, so that `path` is never half written.
 /// Throws OutputError (errors.h).
 void WriteFile(const std::filesystem::path& path, const std::string& text);
+
+/// The document as text. Bytes that are no UTF-8, as paths may have, are replaced.
+std::string JsonText(const nlohmann::ordered_json& json);
 
 /// Throws OutputError unless the folder is there or can be made.
 void MakeFolder(const std::filesystem::path& path);
