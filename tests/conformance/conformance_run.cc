@@ -40,32 +40,40 @@ struct Options {
   bool list = false;
 };
 
-/// Throws std::invalid_argument for an option that is not known or cannot be read.
+/// Throws std::logic_error for an option that is not known or a value that cannot be read.
+void ParseOption(std::string_view argument, Options& options) {
+  const std::size_t equals = argument.find('=');
+  const std::string_view name = argument.substr(0, equals);
+  const std::string value(equals == std::string_view::npos ? "" : argument.substr(equals + 1));
+  if (name == "--rays") {
+    const double rays = std::stod(value);
+    if (!(rays >= 0 && rays <= 1e15)) throw std::out_of_range(value);
+    options.rays = static_cast<std::size_t>(rays);
+  } else if (name == "--scene") {
+    options.scene = value;
+  } else if (name == "--seed") {
+    options.seed = std::stoull(value);
+  } else if (name == "--config") {
+    options.config = value;
+  } else if (name == "--real-config") {
+    options.real_configs.push_back(value);
+  } else if (name == "--json") {
+    options.json = value;
+  } else if (argument == "--list") {
+    options.list = true;
+  } else {
+    throw std::invalid_argument(value);
+  }
+}
+
+/// Throws std::invalid_argument that names what is wrong.
 Options ParseOptions(int argc, char** argv) {
   Options options;
   for (int i = 1; i < argc; ++i) {
-    const std::string_view argument = argv[i];
-    const std::size_t equals = argument.find('=');
-    const std::string_view name = argument.substr(0, equals);
-    const std::string value(equals == std::string_view::npos ? "" : argument.substr(equals + 1));
-    if (name == "--rays") {
-      const double rays = std::stod(value);
-      if (!(rays >= 0 && rays <= 1e15)) throw std::invalid_argument(std::string(argument));
-      options.rays = static_cast<std::size_t>(rays);
-    } else if (name == "--scene") {
-      options.scene = value;
-    } else if (name == "--seed") {
-      options.seed = std::stoull(value);
-    } else if (name == "--config") {
-      options.config = value;
-    } else if (name == "--real-config") {
-      options.real_configs.push_back(value);
-    } else if (name == "--json") {
-      options.json = value;
-    } else if (argument == "--list") {
-      options.list = true;
-    } else {
-      throw std::invalid_argument(std::string(argument));
+    try {
+      ParseOption(argv[i], options);
+    } catch (const std::logic_error&) {
+      throw std::invalid_argument(argv[i]);
     }
   }
   if (options.real_configs.empty()) options.real_configs = {"isa=avx2", ""};
