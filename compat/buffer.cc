@@ -1,5 +1,6 @@
 #include "buffer.h"
 
+#include <cstdlib>
 #include <new>
 #include <utility>
 
@@ -9,17 +10,18 @@ namespace dacrt::compat {
 namespace {
 
 /// Embree's alignment, which is a cache line and the widest vector.
-constexpr std::align_val_t kAlignment{64};
+constexpr std::size_t kAlignment = 64;
 
 std::byte* Allocate(Device& device, std::size_t bytes) {
   if (bytes == 0) return nullptr;
   device.AnnounceAllocation(bytes);
-  try {
-    return static_cast<std::byte*>(::operator new(bytes, kAlignment));
-  } catch (...) {
+  const std::size_t rounded = (bytes + kAlignment - 1) / kAlignment * kAlignment;  // 0: overflow
+  void* const data = rounded == 0 ? nullptr : std::aligned_alloc(kAlignment, rounded);
+  if (!data) {
     device.AnnounceFree(bytes);
-    throw;
+    throw std::bad_alloc();
   }
+  return static_cast<std::byte*>(data);
 }
 
 }  // namespace
@@ -36,7 +38,7 @@ Buffer::Buffer(std::shared_ptr<Device> device, void* data, std::size_t bytes)
 Buffer::~Buffer() {
   HandleTable<Buffer>::Instance().Forget(this);
   if (owned_ && data_) {
-    ::operator delete(data_, kAlignment);
+    std::free(data_);
     device_->AnnounceFree(bytes_);
   }
 }

@@ -28,6 +28,10 @@ TEST_P(Scene, AttachTakesTheSmallestFreeId) {
   EXPECT_EQ(attach(), 1u);
   EXPECT_EQ(attach(), 3u);
   EXPECT_EQ(attach(), 5u);
+  s.api.rtcDetachGeometry(scene, 0);
+  s.api.rtcDetachGeometry(scene, 4);
+  EXPECT_EQ(attach(), 0u);
+  EXPECT_EQ(attach(), 4u);
 }
 
 TEST_P(Scene, FindsGeometriesById) {
