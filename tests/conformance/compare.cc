@@ -73,10 +73,13 @@ struct Judgement {
 };
 
 /// What a library's bounding boxes do to its answers.
-enum class Boxes {
-  kMayLoseHits,  ///< the real library: its slab tests round either way
-  kLoseNothing,  ///< the drop-in
+struct Boxes {
+  bool may_lose_hits = false;              ///< slab tests round either way
+  std::span<const RTCRayHit> packet = {};  ///< rays that may be tested together
 };
+
+/// The drop-in's boxes are widened for the rounding.
+constexpr Boxes kBoxesOfDropIn{};
 
 /// Judges hits and misses of one ray. What all triangles must answer is found once.
 class Judge {
@@ -87,14 +90,14 @@ class Judge {
         before_(before),
         must_hits_(reference.MustHits(before.ray)) {}
 
-  Judgement Of(const Answer& answer, Boxes boxes) const {
+  Judgement Of(const Answer& answer, const Boxes& boxes) const {
     if (!answer.is_legal) return {"changed what no hit changes"};
     if (!answer.is_hit) return WithoutNearer(before_.ray.tfar, kInfinity, boxes);
     return query_ == Query::kClosest ? OfClosest(answer, boxes) : OfOccluded();
   }
 
  private:
-  Judgement OfClosest(const Answer& answer, Boxes boxes) const {
+  Judgement OfClosest(const Answer& answer, const Boxes& boxes) const {
     const RTCHit& hit = answer.record.hit;
     const float t = answer.record.ray.tfar;
     const Corners* const corners = reference_.Find(hit.geomID, hit.primID, before_.ray.mask);
@@ -118,12 +121,12 @@ class Judge {
 
   /// Faults if there is a hit that is certain, and certainly before `limit`. `tfar` is what ends
   /// the box tests.
-  Judgement WithoutNearer(float tfar, double limit, Boxes boxes) const {
+  Judgement WithoutNearer(float tfar, double limit, const Boxes& boxes) const {
     Judgement judgement;
     for (const ReferenceHit& must : must_hits_) {
       if (IsOptional(before_.ray, must.answer)) continue;
       if (must.answer.t.value + must.answer.t.error >= limit) continue;
-      if (boxes != Boxes::kMayLoseHits || !SlabTestMayMiss(before_.ray, tfar, must.corners)) {
+      if (!boxes.may_lose_hits || !SlabTestMayMiss(before_.ray, tfar, must.corners, boxes.packet)) {
         return {"lacks the hit on geometry " + std::to_string(must.geometry_id) + ", primitive " +
                 std::to_string(must.primitive_id) + " at " + std::to_string(must.answer.t.value)};
       }
@@ -213,7 +216,7 @@ const char* Name(Side side) {
 }
 
 Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,
-                             const RTCRayHit& drop_in) const {
+                             const RTCRayHit& drop_in, std::span<const RTCRayHit> packet) const {
   if (FindsNothing(before.ray)) {
     if (!SameBits(before, drop_in)) return Unexplained("the drop-in changed an inactive ray");
     if (!SameBits(before, real)) return Unexplained("the real library changed an inactive ray");
@@ -234,9 +237,9 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
   }
 
   const Judge judge(reference_, query, before);
-  const Judgement of_drop_in = judge.Of(drop_in_answer, Boxes::kLoseNothing);
+  const Judgement of_drop_in = judge.Of(drop_in_answer, kBoxesOfDropIn);
   if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
-  const Judgement of_real = judge.Of(real_answer, Boxes::kMayLoseHits);
+  const Judgement of_real = judge.Of(real_answer, {.may_lose_hits = true, .packet = packet});
   if (!of_real.fault.empty()) return Unexplained("the real library " + of_real.fault);
   if (real_answer.is_hit && drop_in_answer.is_hit && real.hit.instID[0] != drop_in.hit.instID[0]) {
     return Unexplained("instID differs");
@@ -274,7 +277,7 @@ std::optional<std::string> Comparer::FindFault(Query query, const RTCRayHit& bef
     return "changed an inactive ray";
   }
   const Judge judge(reference_, query, before);
-  std::string fault = judge.Of(Read(query, before, after), Boxes::kLoseNothing).fault;
+  std::string fault = judge.Of(Read(query, before, after), kBoxesOfDropIn).fault;
   if (fault.empty()) return std::nullopt;
   return fault;
 }

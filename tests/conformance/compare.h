@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,9 +58,10 @@ class Comparer {
   explicit Comparer(const TestScene& scene) : reference_(scene) {}
 
   /// `before` is the record that both libraries were given, the others are what they made of it.
-  /// The real library must not abort on it.
+  /// The real library must not abort on it. `packet` are the rays that the real library may have
+  /// traced together with this one; see SlabTestMayMiss.
   Comparison Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,
-                     const RTCRayHit& drop_in) const;
+                     const RTCRayHit& drop_in, std::span<const RTCRayHit> packet = {}) const;
 
   /// Why `after` cannot be right, whatever another library says; nothing if it can.
   std::optional<std::string> FindFault(Query query, const RTCRayHit& before,

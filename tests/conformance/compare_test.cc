@@ -81,9 +81,18 @@ TEST(Reference, TriangleWithoutAreaIsNeverHit) {
 
 TEST(Reference, SlabTestMayMissOnlyAtTheBox) {
   const RTCRayHit inside = RayFrom({0.3f, 0.3f, 2}, {0.01f, 0.02f, -1});
-  EXPECT_FALSE(SlabTestMayMiss(inside.ray, kInfinity, kUnitTriangle));
+  EXPECT_FALSE(SlabTestMayMiss(inside.ray, kInfinity, kUnitTriangle, {}));
   const RTCRayHit at_face = RayFrom({1, 0.3f, 2}, {0, 0.02f, -1});
-  EXPECT_TRUE(SlabTestMayMiss(at_face.ray, kInfinity, kUnitTriangle));
+  EXPECT_TRUE(SlabTestMayMiss(at_face.ray, kInfinity, kUnitTriangle, {}));
+}
+
+TEST(Reference, SlabTestOfPacketMayMissByTheErrorOfItsOtherRays) {
+  const RTCRayHit inside = RayFrom({1e5f + 0.3f, 0.3f, 2}, {0.01f, 0.02f, -1});
+  const RTCRayHit steep = RayFrom({1e5f, 0.3f, 2}, {1e-6f, 0.02f, -1});
+  const Corners far{{1e5f, 0, 0}, {1e5f + 1, 0, 0}, {1e5f, 1, 0}};
+  EXPECT_FALSE(SlabTestMayMiss(inside.ray, kInfinity, far, {}));
+  const RTCRayHit packet[] = {inside, steep};
+  EXPECT_TRUE(SlabTestMayMiss(inside.ray, kInfinity, far, packet));
 }
 
 /// Single precision, in the library's own kernels, must agree with the bounds in double.

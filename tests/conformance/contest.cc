@@ -44,6 +44,16 @@ std::vector<RTCRayHit> TraceInPieces(const EmbreeScene& scene, const Form& form,
   return result;
 }
 
+/// The rays that the real library may trace together with ray i: for coherent ones up to sixteen
+/// that follow each other.
+std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
+                                        std::size_t i) {
+  if (!form.coherent) return {};
+  constexpr std::size_t kWidest = 16;
+  const std::size_t first = i < kWidest ? 0 : i - kWidest + 1;
+  return rays.subspan(first, std::min(rays.size(), i + kWidest) - first);
+}
+
 }  // namespace
 
 const EmbreeApi& RealEmbree() {
@@ -116,19 +126,20 @@ void Contest::Compare(const Form& form, Query query, std::string_view kind,
     if (RealLibraryAborts(record.ray)) record = kInactive;
   }
   for (const auto& real : real_) {
-    CompareAnswers(context, query, tally, rays,
+    CompareAnswers(context, form, query, tally, rays,
                    TraceInPieces(*real, form, query, accepted, rays_per_call), drop_in);
   }
 }
 
-void Contest::CompareAnswers(const std::string& context, Query query, Tally& tally,
-                             std::span<const RTCRayHit> before, std::span<const RTCRayHit> real,
-                             std::span<const RTCRayHit> drop_in) {
+void Contest::CompareAnswers(const std::string& context, const Form& form, Query query,
+                             Tally& tally, std::span<const RTCRayHit> before,
+                             std::span<const RTCRayHit> real, std::span<const RTCRayHit> drop_in) {
   for (std::size_t i = 0; i < before.size(); ++i) {
     ++tally.comparisons;
     const Comparison comparison = RealLibraryAborts(before[i].ray)
                                       ? Comparison{Relation::kWithheld, Side::kDropIn, {}}
-                                      : comparer_.Compare(query, before[i], real[i], drop_in[i]);
+                                      : comparer_.Compare(query, before[i], real[i], drop_in[i],
+                                                          PacketAround(form, before, i));
     Count(context, query, tally, comparison, before[i], &real[i], drop_in[i]);
   }
 }

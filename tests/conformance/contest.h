@@ -70,7 +70,7 @@ class Contest {
   const EmbreeScene& drop_in() const { return drop_in_; }
 
  private:
-  void CompareAnswers(const std::string& context, Query query, Tally& tally,
+  void CompareAnswers(const std::string& context, const Form& form, Query query, Tally& tally,
                       std::span<const RTCRayHit> before, std::span<const RTCRayHit> real,
                       std::span<const RTCRayHit> drop_in);
   void Count(const std::string& context, Query query, Tally& tally, const Comparison& comparison,

@@ -136,14 +136,18 @@ Bounded Quotient(const Bounded& numerator, const Bounded& determinant, double si
                      Gamma(kReciprocalOperations + 2) * std::abs(value)};
 }
 
+/// Embree's reciprocals of direction components stay below 1e18, also those of zeros.
+double EmbreeReciprocal(double direction) {
+  constexpr double kLargest = 1e18;
+  return std::copysign(std::min(1 / std::abs(direction), kLargest), direction);
+}
+
 /// One axis of a triangle's bounding box, as a ray sees it.
 struct Slab {
-  Slab(const RTCRay& ray, const Corners& corners, int axis, double largest_reciprocal)
-      : origin((&ray.org_x)[axis]) {
-    const double direction = (&ray.dir_x)[axis];
+  Slab(const RTCRay& ray, const Corners& corners, int axis)
+      : origin((&ray.org_x)[axis]), reciprocal(EmbreeReciprocal((&ray.dir_x)[axis])) {
     const double lower = std::min({corners.v0[axis], corners.v1[axis], corners.v2[axis]});
     const double upper = std::max({corners.v0[axis], corners.v1[axis], corners.v2[axis]});
-    reciprocal = std::copysign(std::min(1 / std::abs(direction), largest_reciprocal), direction);
     near_plane = reciprocal < 0 ? upper : lower;
     far_plane = reciprocal < 0 ? lower : upper;
     near = (near_plane - origin) * reciprocal;
@@ -155,6 +159,12 @@ struct Slab {
   double near_plane, far_plane;
   double near, far;  ///< distances to the planes
 };
+
+/// Whether a packet counts the ray as one of its own.
+bool IsTraced(const RTCRay& ray) {
+  const float sum = ray.org_x + ray.org_y + ray.org_z + ray.dir_x + ray.dir_y + ray.dir_z;
+  return std::isfinite(sum) && ray.tnear >= 0 && ray.tnear <= ray.tfar;
+}
 
 /// Where a point comes on a Morton curve through the bounds: near points at near places.
 uint32_t PlaceOnCurve(const Float3& point, const TestScene::Corners& bounds) {
@@ -209,27 +219,33 @@ TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners) {
   return answer;
 }
 
-bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners) {
-  // Embree's reciprocals of direction components stay below this, also those of zeros.
-  constexpr double kLargestReciprocal = 1e18;
+bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners,
+                     std::span<const RTCRayHit> packet) {
   Bounded near[4] = {{std::max(0.0, static_cast<double>(ray.tnear)), 0}};
   Bounded far[4] = {{tfar, 0}};
   for (int axis = 0; axis < 3; ++axis) {
-    const Slab slab(ray, corners, axis, kLargestReciprocal);
+    const Slab slab(ray, corners, axis);
+    double origin = std::abs(slab.origin), reciprocal = std::abs(slab.reciprocal);
+    for (const RTCRayHit& other : packet) {
+      if (!IsTraced(other.ray)) continue;
+      origin = std::max<double>(origin, std::abs((&other.ray.org_x)[axis]));
+      reciprocal = std::max(reciprocal, std::abs(EmbreeReciprocal((&other.ray.dir_x)[axis])));
+    }
     // (plane - origin) * reciprocal, or with fused multiply-add plane * reciprocal - origin *
     // reciprocal, where the second product is rounded on its own.
-    const auto with_error = [&](double distance) {
-      return Bounded{distance, Gamma(kReciprocalOperations + 2) * std::abs(distance) +
-                                   Gamma(1) * std::abs(slab.origin * slab.reciprocal)};
+    const auto with_error = [&](double plane, double distance) {
+      return Bounded{distance, (Gamma(kReciprocalOperations + 2) * std::abs(plane - slab.origin) +
+                                Gamma(1) * origin) *
+                                   reciprocal};
     };
-    near[axis + 1] = with_error(slab.near);
-    far[axis + 1] = with_error(slab.far);
+    near[axis + 1] = with_error(slab.near_plane, slab.near);
+    far[axis + 1] = with_error(slab.far_plane, slab.far);
   }
   for (int n = 0; n < 4; ++n) {
     for (int f = 0; f < 4; ++f) {
-      // One axis does not lose the ray on its own: its two planes' distances have the same error
-      // in the same order.
-      if (n == f) continue;
+      // One axis does not lose a single ray on its own: its two planes' distances have the same
+      // error in the same order.
+      if (n == f && packet.empty()) continue;
       if (near[n].value + near[n].error > far[f].value - far[f].error) return true;
     }
   }

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -59,7 +60,12 @@ TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners);
 ///
 /// A box that holds the triangle's, as those of a hierarchy do, is lost only if this one may be:
 /// the float distance to a plane is monotone in the plane.
-bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners);
+///
+/// `packet` are the rays, this one included, that may be tested together, by the intervals of their
+/// origins and reciprocal directions: then the largest of them make the error. Alone if it is
+/// empty.
+bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners,
+                     std::span<const RTCRayHit> packet);
 
 struct ReferenceHit {
   uint32_t geometry_id;
