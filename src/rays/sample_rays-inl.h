@@ -51,6 +51,12 @@ inline void TakeSampleRays(const RayBatch& batch, const RayBlock& rays, size_t c
   }
 }
 
+/// How many of `active_rays` to take where `least` are asked for; see Settings::sample_rays.
+inline size_t SampleCount(size_t active_rays, size_t least) {
+  constexpr size_t kRaysPerSample = 512;
+  return std::clamp(active_rays / kRaysPerSample, least, SampleRays::kCapacity);
+}
+
 /// How the sample rays meet two child volumes.
 struct SampleCounts {
   size_t left_hits = 0;

@@ -65,7 +65,8 @@ class ObjectSolver : Solver<kQuery> {
   /// Returns whether there are rays enough for the sample to choose the partition.
   bool SampleActiveRays(const RayBlock& rays) const {
     const bool sampled = parts_.cost && rays.count > task_.settings.sample_threshold;
-    Base::TakeSamples(rays, sampled ? task_.settings.sample_rays : kFewSampleRays);
+    Base::TakeSamples(
+        rays, sampled ? SampleCount(rays.count, task_.settings.sample_rays) : kFewSampleRays);
     return sampled;
   }
 
