@@ -23,6 +23,10 @@ namespace HWY_NAMESPACE {
 /// Triangles below which packets are taken apart: smaller volumes are narrower than the cones.
 constexpr size_t kPacketTriangles = 256;
 
+/// Tangent of a cone that is too wide to be of use. Rays from one point whose directions are in no
+/// order, like those from a lamp to what a mirror shows, make such cones.
+constexpr float kWideTangent = 0.25f;
+
 /// `spare` is the first free reference behind the scene's, `free_packet` the first free entry of
 /// the lists of packets: both are stacks that a subproblem gives back by returning.
 template <Query kQuery>
@@ -36,6 +40,10 @@ class SpaceSolver : Solver<kQuery> {
       const StepClock::Charge charge(task_.clock, Step::kFiltering);
       return MakeConicPackets(task_.batch, rays);
     }();
+    const float* tangents = task_.batch.cones.tangent;
+    const size_t wide = std::count_if(tangents, tangents + packets.size(),
+                                      [](float tangent) { return tangent > kWideTangent; });
+    if (2 * wide > packets.size()) return SolveRays(triangles, rays, triangles.end, 1);
     SolvePackets(triangles, packets, triangles.end, packets.size(), 1);
   }
 
