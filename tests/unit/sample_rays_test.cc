@@ -59,6 +59,15 @@ void TakesOneOfEachStretch() {
   }
 }
 
+// As many as asked for, and of very many rays more, up to the sample's capacity.
+void ManyRaysAreSampledByMore() {
+  EXPECT_EQ(SampleCount(1001, 100), 100u);
+  EXPECT_EQ(SampleCount(100 * 512, 100), 100u);
+  EXPECT_EQ(SampleCount(200 * 512, 100), 200u);
+  EXPECT_EQ(SampleCount(size_t{1} << 30, 100), SampleRays::kCapacity);
+  EXPECT_EQ(SampleCount(5000, SampleRays::kCapacity), SampleRays::kCapacity);
+}
+
 // A regular pattern of the caller (rows of pixels) must not meet a regular pattern of places.
 void PlacesInTheStretchesVary() {
   Random random(2);
@@ -194,6 +203,7 @@ namespace dacrt {
 
 HWY_BEFORE_TEST(SampleRaysTest);
 HWY_EXPORT_AND_TEST_P(SampleRaysTest, TakesOneOfEachStretch);
+HWY_EXPORT_AND_TEST_P(SampleRaysTest, ManyRaysAreSampledByMore);
 HWY_EXPORT_AND_TEST_P(SampleRaysTest, PlacesInTheStretchesVary);
 HWY_EXPORT_AND_TEST_P(SampleRaysTest, TheSameBlockGivesTheSameSample);
 HWY_EXPORT_AND_TEST_P(SampleRaysTest, CountsMatchDoublePrecision);

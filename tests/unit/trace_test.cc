@@ -235,10 +235,17 @@ TEST_P(TraceTest, FindsWhatBruteForceFinds) {
 TEST_P(TraceTest, SettingsDoNotChangeABit) {
   Random random(2);
   const auto meshes = MakeMeshes(random);
-  // From one point (a camera, a light: conic packets) and from everywhere.
+  // From everywhere; from one point in all directions; from one point in order, as a camera does
+  // it.
   auto from_a_point = MakeMixedRays(random, 1500);
   for (Ray& ray : from_a_point) ray.org = {0.3f, -0.2f, 0.1f};
-  for (const auto& before : {MakeMixedRays(random, 1500), from_a_point}) {
+  auto camera = MakeMixedRays(random, 1500);
+  for (std::size_t i = 0; i < camera.size(); ++i) {
+    camera[i].org = {0, 0.5f, 6};
+    camera[i].dir = {static_cast<float>(i % 50) * 0.01f - 0.25f,
+                     static_cast<float>(i / 50) * 0.015f - 0.25f, -1};
+  }
+  for (const auto& before : {MakeMixedRays(random, 1500), from_a_point, camera}) {
     const auto expected = TestScene(meshes, WithInstructionSet()).Traced(before);
     const std::vector<Settings> all = VariedSettings();
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -248,6 +255,22 @@ TEST_P(TraceTest, SettingsDoNotChangeABit) {
       if (HasFatalFailure()) return;
     }
   }
+}
+
+// Else the test above would not say anything about conic packets.
+TEST_P(TraceTest, RaysOfACameraAreFilteredInPackets) {
+  Random random(17);
+  Settings settings;
+  settings.algorithm = Algorithm::kMora2011;
+  const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
+  std::vector<Ray> rays;
+  for (int i = 0; i < 1500; ++i) {
+    rays.push_back(unit::MakeRay({0, 0.5f, 6}, {static_cast<float>(i % 50) * 0.01f - 0.25f,
+                                                static_cast<float>(i / 50) * 0.015f - 0.25f, -1}));
+  }
+  EXPECT_GT(scene.Trace(rays).packet_tests, 0u);
+  rays = unit::MakeRays(random, 1500, 3);
+  EXPECT_EQ(scene.Trace(rays).packet_tests, 0u);
 }
 
 TEST_P(TraceTest, OtherRaysOfTheBatchDoNotChangeABit) {
