@@ -127,6 +127,13 @@ std::vector<Ray> MakeMixedRays(Random& random, std::size_t count) {
   return rays;
 }
 
+/// Ray i of a camera that scans a narrow field line by line.
+void AimAsACamera(Ray& ray, std::size_t i) {
+  ray.org = {0, 0.5f, 6};
+  ray.dir = {static_cast<float>(i % 50) * 0.004f - 0.1f, static_cast<float>(i / 50) * 0.006f - 0.1f,
+             -1};
+}
+
 /// Settings that change everything that may not change a hit.
 std::vector<Settings> VariedSettings() {
   std::vector<Settings> all;
@@ -240,11 +247,7 @@ TEST_P(TraceTest, SettingsDoNotChangeABit) {
   auto from_a_point = MakeMixedRays(random, 1500);
   for (Ray& ray : from_a_point) ray.org = {0.3f, -0.2f, 0.1f};
   auto camera = MakeMixedRays(random, 1500);
-  for (std::size_t i = 0; i < camera.size(); ++i) {
-    camera[i].org = {0, 0.5f, 6};
-    camera[i].dir = {static_cast<float>(i % 50) * 0.01f - 0.25f,
-                     static_cast<float>(i / 50) * 0.015f - 0.25f, -1};
-  }
+  for (std::size_t i = 0; i < camera.size(); ++i) AimAsACamera(camera[i], i);
   for (const auto& before : {MakeMixedRays(random, 1500), from_a_point, camera}) {
     const auto expected = TestScene(meshes, WithInstructionSet()).Traced(before);
     const std::vector<Settings> all = VariedSettings();
@@ -263,11 +266,8 @@ TEST_P(TraceTest, RaysOfACameraAreFilteredInPackets) {
   Settings settings;
   settings.algorithm = Algorithm::kMora2011;
   const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
-  std::vector<Ray> rays;
-  for (int i = 0; i < 1500; ++i) {
-    rays.push_back(unit::MakeRay({0, 0.5f, 6}, {static_cast<float>(i % 50) * 0.01f - 0.25f,
-                                                static_cast<float>(i / 50) * 0.015f - 0.25f, -1}));
-  }
+  std::vector<Ray> rays(1500);
+  for (std::size_t i = 0; i < rays.size(); ++i) AimAsACamera(rays[i], i);
   EXPECT_GT(scene.Trace(rays).packet_tests, 0u);
   rays = unit::MakeRays(random, 1500, 3);
   EXPECT_EQ(scene.Trace(rays).packet_tests, 0u);
@@ -544,6 +544,29 @@ TEST_P(TraceTest, GeometricSeries) {
     const Statistics statistics = scene.Trace(rays);
     EXPECT_EQ(statistics.hits, 1100u);
     EXPECT_LE(statistics.max_depth, kDeepest);
+    for (const Ray& ray : rays) ASSERT_EQ(ray.primitive_id, 0u);
+  }
+}
+
+// Two bins peel off one power of two a level; there are more of those than levels by bins.
+TEST_P(TraceTest, DepthIsBounded) {
+  Mesh mesh;
+  for (int exponent = -40; exponent < 40; ++exponent) {
+    for (int i = 0; i < 20; ++i) {
+      const float s = std::exp2(static_cast<float>(exponent)) * (1 + static_cast<float>(i) * 1e-3f);
+      mesh.Add({s, -s, -s}, {s, s, -s}, {s, 0, s});
+    }
+  }
+  for (const Algorithm algorithm : {Algorithm::kNabata2013, Algorithm::kAfra2012}) {
+    Settings settings;
+    settings.algorithm = algorithm;
+    settings.bins = 2;
+    const TestScene scene({mesh}, WithInstructionSet(settings));
+    std::vector<Ray> rays(1100, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    const Statistics statistics = scene.Trace(rays);
+    EXPECT_GT(statistics.max_depth, 64u);
+    EXPECT_LE(statistics.max_depth, 64u + 12u) << "log2 of the number of triangles";
+    EXPECT_GT(statistics.median_splits, 0u);
     for (const Ray& ray : rays) ASSERT_EQ(ray.primitive_id, 0u);
   }
 }
