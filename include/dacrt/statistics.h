@@ -7,7 +7,7 @@ namespace dacrt {
 
 /// Counts of one `Scene::Trace`. Adding two gives the counts of both calls, and the larger depth.
 struct Statistics {
-  uint64_t rays = 0;            ///< rays of the batch that were active (see RayView)
+  uint64_t rays = 0;            ///< active rays (see RayView); 0 where there is no triangle to hit
   uint64_t hits = 0;            ///< of these, rays that hit something
   uint64_t pieces = 0;          ///< pieces that the batch was cut into
   uint64_t subproblems = 0;     ///< calls of the recursion

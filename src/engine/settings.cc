@@ -139,12 +139,14 @@ void Validate(const Settings& settings) {
     const uint32_t value = settings.*number.member;
     CheckRange(number, value, std::to_string(value));
   }
-  if (Name(settings.instruction_set).empty()) {
-    throw std::invalid_argument("setting instruction_set is not one of the enumeration's values");
-  }
-  if (Name(settings.algorithm).empty()) {
-    throw std::invalid_argument("setting algorithm is not one of the enumeration's values");
-  }
+  // A value outside its enumeration has no name; ParseChoice then says what is legal.
+  const auto check = [](const auto& choices, std::string_view name, auto value) {
+    if (NameIn(choices, value).empty()) {
+      ParseChoice(choices, name, std::to_string(static_cast<int>(value)));
+    }
+  };
+  check(kInstructionSets, "instruction_set", settings.instruction_set);
+  check(kAlgorithms, "algorithm", settings.algorithm);
 }
 
 }  // namespace dacrt

@@ -22,13 +22,14 @@ bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, T
   return true;
 }
 
-TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs) {
+TriangleRange MakeTriangleRefs(const MeshTable& meshes, std::span<TriangleRef> refs) {
   TriangleRange range{0, 0, Box::Empty(), Box::Empty()};
   const auto all = meshes.meshes();
   for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
     for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
       TriangleRef ref;
       if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
+      if (range.end == refs.size()) return range;
       refs[range.end++] = ref;
       range.bounds.Extend(ref.lower);
       range.bounds.Extend(ref.upper);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "geometry/box.h"
 #include "geometry/mesh_table.h"
@@ -32,7 +33,9 @@ struct TriangleRange {
 /// coordinate that is not finite or above 1.8e18 in magnitude, where squares overflow.
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
 
-/// Writes the references of all triangles that can be hit to `refs`, and returns their range.
-TriangleRange MakeTriangleRefs(const MeshTable& meshes, TriangleRef* refs);
+/// Writes the references of the triangles that can be hit to `refs`, and returns their range. Those
+/// that find no room are left out: there can be more than there were at commit only if the caller
+/// changed the vertices since.
+TriangleRange MakeTriangleRefs(const MeshTable& meshes, std::span<TriangleRef> refs);
 
 }  // namespace dacrt

@@ -8,8 +8,8 @@
 namespace dacrt {
 
 /// Cost of filtering a ray by a box, and of testing it against a triangle, in the same unit. Their
-/// ratio is all that is used; in an atrium of 280,000 triangles a direct solve takes 2.0 to 2.6 ns a
-/// pair and filtering 1.1 to 1.4 ns a ray.
+/// ratio is all that is used; in an atrium of 280,000 triangles a direct solve takes 2.0 to 2.6 ns
+/// a pair and filtering 1.1 to 1.4 ns a ray.
 inline constexpr double kBoxCost = 1.0;
 inline constexpr double kTriangleCost = 2.0;
 

@@ -99,7 +99,10 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
 WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
   const std::lock_guard lock(pool_.mutex_);
   if (pool_.idle_.empty()) {
+    // Room for its return, which must not fail.
+    pool_.idle_.reserve(pool_.workspaces_ + 1);
     workspace_ = std::make_unique<Workspace>();
+    ++pool_.workspaces_;
   } else {
     workspace_ = std::move(pool_.idle_.back());
     pool_.idle_.pop_back();
@@ -134,6 +137,7 @@ std::size_t WorkspacePool::BytesHeld() const {
 void WorkspacePool::ReleaseIdle() {
   const std::lock_guard lock(mutex_);
   for (const auto& workspace : idle_) bytes_held_ -= workspace->bytes();
+  workspaces_ -= idle_.size();
   idle_.clear();
 }
 

@@ -18,17 +18,19 @@ namespace dacrt {
 ///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays
 ///           + kPacketBytes * packets + kConstantBytes
 ///
-/// refs   One for each triangle. Space partition (mora2011) has as many again for the triangles
-/// that
-///        straddle a cut; where they do not suffice, objects are partitioned instead.
-/// slots  Places for rays: one each in the piece itself, and `copies` each in the blocks of its
-///        survivors, which are stacked. A child of which more than half would survive shares its
-///        parent's block, so each block is at most half of the one below it, and one copy suffices
-///        (nabata2013). Methods that always filter need more; copies that do not fit are not
-///        made, and the child is solved with its parent's rays. Each slot has nine fields of four
-///        bytes, and a bit that says whether the ray survived.
-/// rays   Each has a hit and a mask.
-/// packets  Cones, for space partition: one for 64 rays, and its names in stacked lists.
+/// refs: one for each triangle. Space partition (mora2011) has as many again for the triangles that
+/// straddle a cut; where they do not suffice, objects are partitioned instead.
+///
+/// slots: places for rays, one each in the piece itself, and more in the blocks of its survivors,
+/// which are stacked. A child of which more than half would survive shares its parent's block, so
+/// each block is at most half of the one below it, and one more a ray suffices (nabata2013).
+/// Methods that always filter get nine. Copies that do not fit are not made, and the child is
+/// solved with its parent's rays. Each slot has nine fields of four bytes, and a bit that says
+/// whether the ray survived.
+///
+/// rays: each has a hit and a mask.
+///
+/// packets: cones, for space partition; one for 64 rays, and its place in stacked lists.
 struct WorkspaceShape {
   /// How many lists of all packets the stack of lists can hold.
   static constexpr std::size_t kPacketLists = 48;
@@ -108,8 +110,9 @@ class WorkspacePool {
 
  private:
   mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Workspace>> idle_;
-  std::size_t bytes_held_ = 0;  ///< idle or on loan
+  std::vector<std::unique_ptr<Workspace>> idle_;  ///< with room for those on loan
+  std::size_t workspaces_ = 0;                    ///< idle or on loan
+  std::size_t bytes_held_ = 0;                    ///< idle or on loan
 };
 
 }  // namespace dacrt

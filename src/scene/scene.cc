@@ -106,7 +106,7 @@ Statistics Scene::Trace(Query query, const RayView& rays) const {
     // leaves them clipped.
     if (first == 0 || device.settings.algorithm == Algorithm::kMora2011) {
       const StepClock::Charge charge(clock, Step::kBinning);
-      triangles = MakeTriangleRefs(meshes, workspace->refs().data());
+      triangles = MakeTriangleRefs(meshes, workspace->refs().first(triangle_count()));
     }
     if (active.count > 0) device.kernels.solve(query, task, triangles, active);
     const StepClock::Charge charge(clock, Step::kStoring);

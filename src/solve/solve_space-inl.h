@@ -86,9 +86,10 @@ class SpaceSolver : Solver<kQuery> {
   /// From packets to single rays.
   void SolvePacketRays(const TriangleRange& triangles, std::span<const RayBlock> packets,
                        size_t spare, size_t depth) const {
-    // There is room: only the piece itself stands on the stack of rays.
-    Base::WithFilteredRays(packets, triangles.bounds,
-                           [&](const RayBlock& rays) { SolveRays(triangles, rays, spare, depth); });
+    const auto solve = [&](const RayBlock& rays) { SolveRays(triangles, rays, spare, depth); };
+    if (!Base::WithFilteredRays(packets, triangles.bounds, solve)) {
+      for (const RayBlock& packet : packets) solve(packet);
+    }
     const StepClock::Charge charge(task_.clock, Step::kFiltering);
     for (const RayBlock& packet : packets) UpdateReach(task_.batch, packet, task_.batch.cones);
   }

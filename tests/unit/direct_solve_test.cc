@@ -51,7 +51,7 @@ class Solver {
         table_(Views(meshes_)),
         scratch_(std::make_unique<Scratch>()),
         refs(table_.triangle_count()) {
-    refs.resize(MakeTriangleRefs(table_, refs.data()).end);
+    refs.resize(MakeTriangleRefs(table_, refs).end);
   }
 
   /// All rays at once: by rays if there are more of them than triangles.

@@ -56,7 +56,7 @@ TEST(TriangleRefsTest, TrianglesThatCanNotBeHitAreLeftOut) {
 
   // Room for the two that are left, and not for a byte more.
   GuardedArray<TriangleRef> refs(2);
-  const TriangleRange range = MakeTriangleRefs(table, refs.data());
+  const TriangleRange range = MakeTriangleRefs(table, refs);
   ASSERT_EQ(range.begin, 0u);
   ASSERT_EQ(range.end, 2u);
   EXPECT_EQ(refs[0].primitive, 0u);
@@ -78,7 +78,7 @@ TEST(TriangleRefsTest, NamesAndBoundsOverAllMeshes) {
   for (const Mesh& mesh : meshes) views.push_back(mesh.View());
   const MeshTable table(views);
   std::vector<TriangleRef> refs(table.triangle_count());
-  const TriangleRange range = MakeTriangleRefs(table, refs.data());
+  const TriangleRange range = MakeTriangleRefs(table, refs);
   ASSERT_EQ(range.count(), refs.size());
   std::size_t i = 0;
   for (uint32_t mesh = 0; mesh < 3; ++mesh) {
@@ -98,7 +98,7 @@ TEST(TriangleRefsTest, NamesAndBoundsOverAllMeshes) {
 
 TEST(TriangleRefsTest, NothingToRefer) {
   const MeshTable table({});
-  const TriangleRange range = MakeTriangleRefs(table, nullptr);
+  const TriangleRange range = MakeTriangleRefs(table, {});
   EXPECT_EQ(range.count(), 0u);
   EXPECT_TRUE(range.bounds.IsEmpty());
 }
