@@ -23,13 +23,6 @@ struct alignas(16) Box {
     }
   }
 
-  void Extend(const Box& other) {
-    for (int axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], other.lower[axis]);
-      upper[axis] = std::max(upper[axis], other.upper[axis]);
-    }
-  }
-
   bool IsEmpty() const { return !(lower[0] <= upper[0]); }
 
   /// Half of the surface, which is all that ratios of surfaces need. 0 if empty.

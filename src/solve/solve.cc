@@ -69,14 +69,15 @@ constexpr Target kTargets[] = {
     {InstructionSet::kAvx512, HWY_AVX3 | HWY_AVX3_DL},
 };
 
-int64_t TargetsHere() { return hwy::SupportedTargets() & HWY_TARGETS; }
+/// What this build can run on this processor; its portable code always.
+int64_t TargetsHere() { return (hwy::SupportedTargets() & HWY_TARGETS) | HWY_STATIC_TARGET; }
 
 }  // namespace
 
 std::vector<InstructionSet> AvailableInstructionSets() {
   std::vector<InstructionSet> available;
   for (const Target& target : kTargets) {
-    if (target.bits & (TargetsHere() | HWY_STATIC_TARGET)) {
+    if (target.bits & TargetsHere()) {
       available.push_back(target.instruction_set);
     }
   }
@@ -86,10 +87,10 @@ std::vector<InstructionSet> AvailableInstructionSets() {
 const Kernels& ChooseKernels(InstructionSet limit, InstructionSet& chosen) {
   int64_t allowed = 0;
   for (const Target& target : kTargets) {
-    if (!(target.bits & (TargetsHere() | HWY_STATIC_TARGET))) continue;
+    if (!(target.bits & TargetsHere())) continue;
     // The worst one is taken even if the limit is below it: the code has no worse one.
     if (allowed != 0 && target.instruction_set > limit) continue;
-    allowed |= target.bits & (TargetsHere() | HWY_STATIC_TARGET);
+    allowed |= target.bits & TargetsHere();
     chosen = target.instruction_set;
   }
   hwy::ChosenTarget target;

@@ -90,12 +90,5 @@ TEST(BoxTest, HalfAreaIsHalfOfTheSurface) {
   EXPECT_TRUE(Box::Empty().IsEmpty());
 }
 
-TEST(BoxTest, AnEmptyBoxExtendsNothing) {
-  Box box{{-1, 0, 2, 0}, {1, 3, 6, 0}};
-  box.Extend(Box::Empty());
-  EXPECT_EQ(box.lower[0], -1);
-  EXPECT_EQ(box.upper[2], 6);
-}
-
 }  // namespace dacrt
 #endif  // HWY_ONCE
