@@ -10,7 +10,7 @@
 
 #include "geometry/corner-inl.h"
 #include "geometry/triangle_refs.h"
-#include "solve/scratch.h"
+#include "runtime/scratch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -19,11 +19,9 @@ T Read(const RayView& view, RayView::Component component, std::size_t i, T absen
 
 /// The definition of an active ray in RayView.
 bool IsActive(const float* org, const float* dir, float tnear, float tfar) {
-  // A sum of finite terms can overflow, but then a component is out of reach of any triangle;
-  // each component times 0 is 0 if it is finite and not a number otherwise.
-  const float finite = (org[0] + org[1] + org[2] + dir[0] + dir[1] + dir[2]) * 0.0f;
-  if (finite == 0.0f) return tnear <= tfar && tfar >= 0.0f;
-  for (int axis = 0; axis < 3; ++axis) {
+  // A finite sum has finite terms. One that is not finite may have overflowed: then look at each.
+  const float sum = org[0] + org[1] + org[2] + dir[0] + dir[1] + dir[2];
+  for (int axis = 0; axis < 3 && !std::isfinite(sum); ++axis) {
     if (!std::isfinite(org[axis]) || !std::isfinite(dir[axis])) return false;
   }
   return tnear <= tfar && tfar >= 0.0f;

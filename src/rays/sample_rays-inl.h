@@ -12,7 +12,7 @@
 
 #include "geometry/ray_box-inl.h"
 #include "rays/ray_batch.h"
-#include "solve/scratch.h"
+#include "runtime/scratch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -11,8 +11,8 @@
 #include <cstring>
 #include <limits>
 
+#include "geometry/triangle_test-inl.h"
 #include "rays/ray_batch.h"
-#include "solve/triangle_test-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

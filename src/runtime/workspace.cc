@@ -37,8 +37,9 @@ class Cutter {
 
 WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, const Settings& settings)
     : rays(rays) {
-  // Copies of a ray that methods without skipping get. Measured on halls and atria: half as many
-  // make them slower, twice as many no faster.
+  // Copies of a ray that methods without skipping get. With four, a million diffuse rays in an
+  // atrium took 2.3 (afra2012) and 1.8 (mora2011) times the box tests, because children had to do
+  // with their parents' rays; with eighteen no test less.
   constexpr std::size_t kCopiesOfUnskipped = 9;
   const bool skips = settings.algorithm == Algorithm::kNabata2013 && settings.skip_filtering;
   const bool cuts_space = settings.algorithm == Algorithm::kMora2011;

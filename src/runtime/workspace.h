@@ -9,7 +9,7 @@
 
 #include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
-#include "solve/scratch.h"
+#include "runtime/scratch.h"
 
 namespace dacrt {
 

@@ -22,8 +22,8 @@
 #include <limits>
 
 #include "geometry/ray_box-inl.h"
+#include "geometry/triangle_test-inl.h"
 #include "solve/solve_task.h"
-#include "solve/triangle_test-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -114,7 +114,7 @@ inline void TakePair(const SolveTask& task, size_t slot, const MeetingPairs& pai
   const bool within_limit = (pairs.within_limit >> lane) & 1;
   float& tfar = batch.tfar[slot];
   if constexpr (kQuery == Query::kAny) {
-    if (pairs.key[lane] < tfar || within_limit) tfar = -std::numeric_limits<float>::infinity();
+    if (within_limit) tfar = -std::numeric_limits<float>::infinity();
   } else {
     Hit& hit = batch.hits[index];
     if (!IsCloser(pairs.key[lane], within_limit, mesh, primitive, hit, tfar)) return;

@@ -7,8 +7,8 @@
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
+#include "runtime/scratch.h"
 #include "runtime/step_clock.h"
-#include "solve/scratch.h"
 
 namespace dacrt {
 

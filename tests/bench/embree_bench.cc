@@ -1,5 +1,4 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -8,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "command_line.h"
 #include "embree_contest.h"
 #include "errors.h"
 #include "format.h"
@@ -66,14 +66,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
       ->capture_default_str()
       ->type_name("N");
   app.add_option("--json", options.json, "Write all figures")->type_name("FILE");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    app.exit(help);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (see --help)");
-  }
+  if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
   std::erase_if(options.kinds, [&](const RayKind& kind) {
     return std::ranges::find(kinds, kind.name) == kinds.end();
   });

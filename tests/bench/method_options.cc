@@ -1,9 +1,9 @@
 #include "method_options.h"
 
-#include <CLI/CLI.hpp>
 #include <set>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "errors.h"
 
 namespace dacrt::bench {
@@ -156,14 +156,7 @@ std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv) {
                "Also the default against itself with one setting changed");
   app.add_option("--json", options.json, "Write all figures")->type_name("FILE");
   app.add_option("--plots", options.plots, "Write plots as SVG")->type_name("DIR");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    app.exit(help);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (see --help)");
-  }
+  if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
 
   const Extent extent = is_full ? FullExtent() : is_short ? ShortExtent() : StandardExtent();
   for (const std::string& name : scenes.empty() ? extent.scenes : scenes) {

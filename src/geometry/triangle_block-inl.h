@@ -1,15 +1,15 @@
 // A few triangles as structure of arrays, ready for the triangle test.
 
-#if defined(DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
-#undef DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#if defined(DACRT_GEOMETRY_TRIANGLE_BLOCK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_GEOMETRY_TRIANGLE_BLOCK_INL_H_
+#undef DACRT_GEOMETRY_TRIANGLE_BLOCK_INL_H_
 #else
-#define DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#define DACRT_GEOMETRY_TRIANGLE_BLOCK_INL_H_
 #endif
 
 #include "geometry/mesh_table.h"
 #include "geometry/ray_box-inl.h"
-#include "solve/scratch.h"
+#include "runtime/scratch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -73,4 +73,4 @@ HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Nam
 }  // namespace dacrt
 HWY_AFTER_NAMESPACE();
 
-#endif  // DACRT_SOLVE_TRIANGLE_BLOCK_INL_H_
+#endif  // DACRT_GEOMETRY_TRIANGLE_BLOCK_INL_H_

@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "geometry/box.h"
-#include "rays/ray_batch.h"
 
 namespace dacrt {
 

@@ -2,14 +2,14 @@
 // in the formulation and the operation order of Embree 3, so that hits agree with its own to the
 // last bits.
 
-#if defined(DACRT_SOLVE_TRIANGLE_TEST_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef DACRT_SOLVE_TRIANGLE_TEST_INL_H_
-#undef DACRT_SOLVE_TRIANGLE_TEST_INL_H_
+#if defined(DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_
+#undef DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_
 #else
-#define DACRT_SOLVE_TRIANGLE_TEST_INL_H_
+#define DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_
 #endif
 
-#include "solve/triangle_block-inl.h"
+#include "geometry/triangle_block-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -86,4 +86,4 @@ HWY_INLINE TestTriangles LoadTestTriangles(const TriangleBlock& block, size_t i)
 }  // namespace dacrt
 HWY_AFTER_NAMESPACE();
 
-#endif  // DACRT_SOLVE_TRIANGLE_TEST_INL_H_
+#endif  // DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_
