@@ -151,21 +151,84 @@ TEST_F(BenchTest, SceneThatCannotBeReadDoesNotStopTheOthers) {
 }
 
 TEST_F(BenchTest, OutputThatCannotBeWrittenIsFoundBeforeMeasuring) {
-  ASSERT_EQ(Run(METHOD_BENCH, "--full --json '" + Path("missing/json") + "'"), 5);
-  EXPECT_NE(Error().find("missing/json"), std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(Path("missing")));
+  for (const char* const program : {METHOD_BENCH, EMBREE_BENCH}) {
+    ASSERT_EQ(Run(program, "--full --json '" + Path("missing/json") + "'"), 5) << program;
+    EXPECT_NE(Error().find("missing/json"), std::string::npos) << program;
+    EXPECT_FALSE(std::filesystem::exists(Path("missing"))) << program;
+  }
 }
 
 TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
-  ASSERT_EQ(
-      Run(EMBREE_BENCH, "--scene hall-75k --rays 64 --repeat 1 --json '" + Path("json") + "'"), 0)
-      << Error();
+  const std::string measure =
+      "--scene hall-75k --kind shadow diffuse --rays 4K 64K --repeat 1 --json '" + Path("json") +
+      "' --markdown '" + Path("page.md") + "' --plots '" + Path("plots") + "'";
+  ASSERT_EQ(Run(EMBREE_BENCH, measure + " --threads 1 2"), 0) << Error();
   const json results = json::parse(ReadFile(Path("json")));
-  ASSERT_EQ(results["cells"].size(), 4u);
+  ASSERT_EQ(results["cells"].size(), 8u);
   for (const json& cell : results["cells"]) {
     EXPECT_GT(cell["one_shot_ratio"], 0);
     EXPECT_GT(cell["steady_ratio"], 0);
+    const bool is_slice = cell["size"] == "4K";
+    EXPECT_EQ(cell["rays"] == 4096, is_slice);
+    EXPECT_EQ(cell["batches"] > 1, is_slice);
+    for (const char* const library : {"embree", "dacrt"}) {
+      for (const char* const time : {"commit_seconds", "first_seconds", "steady_seconds"}) {
+        ASSERT_FALSE(cell[library][time].empty());
+        for (const json& seconds : cell[library][time]) EXPECT_GT(seconds, 0);
+      }
+    }
   }
+  ASSERT_EQ(results["memory"].size(), 2u);  // diffuse, 64K, on one thread and on two
+  for (const json& cell : results["memory"]) {
+    EXPECT_GT(cell["embree"]["kept_resident_bytes"], 0);
+    EXPECT_GT(cell["dacrt"]["peak_resident_bytes"], 0);
+  }
+  EXPECT_NE(Out().find("hall-75k, "), std::string::npos) << "the worst cell has its name";
+  EXPECT_NE(ReadFile(Path("page.md")).find("| steady, from 64K rays | worst cell | 4 |"),
+            std::string::npos);
+  const std::string svg = ReadFile(Path("plots") + "/hall-75k.svg");
+  EXPECT_TRUE(svg.starts_with("<svg "));
+  EXPECT_TRUE(IsWellFormed(svg));
+
+  // A run that is resumed adds what is missing, and keeps what there is.
+  ASSERT_EQ(Run(EMBREE_BENCH, measure + " --resume --threads 1 2 --rays 64"), 0) << Error();
+  const json resumed = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(resumed["cells"].size(), 12u);
+  for (std::size_t i = 0; i < results["cells"].size(); ++i) {
+    EXPECT_EQ(resumed["cells"][i], results["cells"][i]);
+  }
+}
+
+TEST_F(BenchTest, BadCommandLinesOfTheComparisonAreRefusedWithTheLegalValues) {
+  std::ofstream(Path("list.json")) << "[]";
+  const struct {
+    std::string arguments;
+    std::vector<const char*> said;
+  } kCases[] = {
+      {"--kind caustics", {"caustics", "primary", "diffuse"}},
+      {"--rays 1000", {"1000", "64K", "16M"}},
+      {"--threads 0", {"threads"}},
+      {"--repeat 0", {"repeat"}},
+      {"--resume", {"--json"}},
+      {"--resume --json '" + Path("list.json") + "'", {"list.json", "resumed"}},
+  };
+  for (const auto& bad : kCases) {
+    EXPECT_EQ(Run(EMBREE_BENCH, bad.arguments), 2) << bad.arguments;
+    for (const char* const word : bad.said) {
+      EXPECT_NE(Error().find(word), std::string::npos) << bad.arguments << ": " << Error();
+    }
+  }
+}
+
+TEST_F(BenchTest, ComparisonGoesOnWithoutASceneThatCannotBeRead) {
+  ASSERT_EQ(Run(EMBREE_BENCH, "--scene '" + Path("missing.obj") +
+                                  "' hall-75k --kind primary --rays 64K --threads 1 --repeat 1 "
+                                  "--json '" +
+                                  Path("json") + "'"),
+            3)
+      << Error();
+  EXPECT_NE(Error().find("missing.obj"), std::string::npos);
+  EXPECT_EQ(json::parse(ReadFile(Path("json")))["cells"].size(), 1u);
 }
 
 TEST_F(BenchTest, WellFormednessIsNoticed) {

@@ -1,7 +1,5 @@
 #include "command_line.h"
 
-#include <string>
-
 #include "errors.h"
 
 namespace dacrt::bench {
@@ -16,6 +14,12 @@ bool ParseCommandLine(CLI::App& app, int argc, const char* const* argv) {
     throw UsageError(std::string(error.what()) + " (see --help)");
   }
   return true;
+}
+
+std::string CommandText(const std::string& program, int argc, const char* const* argv) {
+  std::string command = program;
+  for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
+  return command;
 }
 
 }  // namespace dacrt::bench

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "command_line.h"
 #include "errors.h"
 #include "format.h"
 #include "method_options.h"
@@ -105,18 +106,12 @@ class Benchmark {
   Results results_;
 };
 
-std::string CommandLine(int argc, char** argv) {
-  std::string command = "method_bench";
-  for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
-  return command;
-}
-
 int Main(int argc, char** argv) {
   const auto options = ParseMethodOptions(argc, argv);
   if (!options) return kSuccess;
   Results results;
   {
-    Benchmark benchmark(*options, CommandLine(argc, argv));
+    Benchmark benchmark(*options, CommandText("method_bench", argc, argv));
     benchmark.Run();
     results = benchmark.results();
   }

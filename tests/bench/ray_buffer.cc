@@ -33,6 +33,13 @@ void RayBuffer::Rearm() {
   }
 }
 
+RayBuffer RayBuffer::Part(std::size_t first, std::size_t count) const {
+  RayBuffer part(count);
+  part.Begin(tfar_);
+  for (const RayRecord& ray : rays().subspan(first, count)) part.Append(ray.org, ray.dir, ray.id);
+  return part;
+}
+
 RayView RayBuffer::View() {
   RayRecord* const first = records_.get();
   const auto at = [](const void* component) {

@@ -51,6 +51,12 @@ class RayBuffer {
   std::span<RayRecord> rays() { return {records_.get(), size_}; }
   std::span<const RayRecord> rays() const { return {records_.get(), size_}; }
 
+  /// Drops all but the first `count` rays.
+  void Keep(std::size_t count) { size_ = count; }
+
+  /// A copy of `count` rays from the `first` on.
+  RayBuffer Part(std::size_t first, std::size_t count) const;
+
   /// Where the records stand, for Scene::Trace.
   RayView View();
 

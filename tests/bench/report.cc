@@ -1,7 +1,6 @@
 #include "report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <ostream>
 #include <ranges>
@@ -10,6 +9,7 @@
 #include "format.h"
 #include "paper.h"
 #include "table.h"
+#include "timing.h"
 
 namespace dacrt::bench {
 namespace {
@@ -139,9 +139,9 @@ std::vector<const FrameResult*> LargestFrames(const std::vector<FrameResult>& fr
 }
 
 double MeanRatio(const std::vector<FrameResult>& frames, std::size_t method) {
-  double sum = 0;
-  for (const FrameResult& frame : frames) sum += std::log(frame.Ratio(method, 0));
-  return std::exp(sum / frames.size());
+  std::vector<double> ratios;
+  for (const FrameResult& frame : frames) ratios.push_back(frame.Ratio(method, 0));
+  return GeometricMean(ratios);
 }
 
 void PrintReport(const Results& results, std::ostream& out) {

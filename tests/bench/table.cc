@@ -37,4 +37,14 @@ void Table::Print(std::ostream& out) const {
   }
 }
 
+void Table::PrintMarkdown(std::ostream& out) const {
+  for (const auto& row : rows_) {
+    for (const std::string& cell : row) out << "| " << cell << ' ';
+    out << "|\n";
+    if (&row != &rows_.front()) continue;
+    for (std::size_t i = 0; i < row.size(); ++i) out << (i < left_ ? "|---" : "|---:");
+    out << "|\n";
+  }
+}
+
 }  // namespace dacrt::bench

@@ -1,4 +1,4 @@
-// Tables on the terminal: columns as wide as their widest cell.
+// Tables on the terminal, columns as wide as their widest cell, and in Markdown.
 #pragma once
 
 #include <cstddef>
@@ -17,6 +17,7 @@ class Table {
   void Add(std::vector<std::string> row);
 
   void Print(std::ostream& out) const;
+  void PrintMarkdown(std::ostream& out) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;  ///< the header first

@@ -13,10 +13,12 @@ namespace dacrt::tests {
   X(rtcNewDevice)                       \
   X(rtcReleaseDevice)                   \
   X(rtcGetDeviceError)                  \
+  X(rtcSetDeviceMemoryMonitorFunction)  \
   X(rtcNewScene)                        \
   X(rtcReleaseScene)                    \
   X(rtcCommitScene)                     \
   X(rtcSetSceneFlags)                   \
+  X(rtcSetSceneBuildQuality)            \
   X(rtcGetSceneBounds)                  \
   X(rtcNewGeometry)                     \
   X(rtcReleaseGeometry)                 \

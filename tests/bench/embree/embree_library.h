@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "bench_scene.h"
@@ -18,7 +19,11 @@ enum class Call { kCoherentStream, kIncoherentStream, kSingleRays };
 
 const char* Name(Call call);
 
-/// A device of a library, on one thread.
+/// A device of a library.
+///
+/// Devices of Embree that are there at the same time must be for the same number of threads: it
+/// gives all of them as many as the largest may have. The number holds for what the other library
+/// does with TBB, too, because both use the one TBB of the process.
 class EmbreeLibrary {
  public:
   /// `path` contains a slash, and `config` is for rtcNewDevice.
@@ -27,14 +32,10 @@ class EmbreeLibrary {
 
   const tests::EmbreeApi& api() const { return *api_; }
   const tests::EmbreeDevice& device() const { return *device_; }
-  void SetBuildQuality(RTCScene scene, RTCBuildQuality quality) const {
-    set_build_quality_(scene, quality);
-  }
 
  private:
   std::unique_ptr<tests::EmbreeApi> api_;
   std::unique_ptr<tests::EmbreeDevice> device_;
-  decltype(&rtcSetSceneBuildQuality) set_build_quality_;
 };
 
 /// The mesh of a benchmark's scene, shared with the library.
@@ -49,8 +50,8 @@ class CommittedScene {
 
   double commit_seconds() const { return commit_seconds_; }
 
-  /// Traces the rays, which must be armed, and returns the seconds that it took.
-  double Trace(Query query, Call call, RayBuffer& rays) const;
+  /// Traces the rays, which must be armed. May be called from several threads.
+  void Trace(Query query, Call call, std::span<RayRecord> rays) const;
 
  private:
   const EmbreeLibrary& library_;

@@ -1,9 +1,6 @@
 #include "embree_library.h"
 
-#include <dlfcn.h>
-
 #include <cstddef>
-#include <stdexcept>
 
 #include "timing.h"
 
@@ -38,21 +35,13 @@ const char* Name(Call call) {
 
 EmbreeLibrary::EmbreeLibrary(const std::string& path, const std::string& config)
     : api_(std::make_unique<tests::EmbreeApi>(tests::LoadEmbree(path))),
-      device_(std::make_unique<tests::EmbreeDevice>(*api_, config)) {
-  // A second dlopen of a loaded file gives the same library.
-  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  set_build_quality_ =
-      reinterpret_cast<decltype(set_build_quality_)>(dlsym(library, "rtcSetSceneBuildQuality"));
-  if (!set_build_quality_) {
-    throw std::runtime_error(path + " does not export rtcSetSceneBuildQuality");
-  }
-}
+      device_(std::make_unique<tests::EmbreeDevice>(*api_, config)) {}
 
 CommittedScene::CommittedScene(const EmbreeLibrary& library, const BenchScene& scene,
                                RTCBuildQuality quality)
     : library_(library), scene_(library.api().rtcNewScene(library.device().handle())) {
   const tests::EmbreeApi& api = library.api();
-  library.SetBuildQuality(scene_, quality);
+  api.rtcSetSceneBuildQuality(scene_, quality);
   const RTCGeometry geometry =
       api.rtcNewGeometry(library.device().handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
   const scenes::Mesh& mesh = scene.mesh;
@@ -76,15 +65,14 @@ CommittedScene::CommittedScene(const EmbreeLibrary& library, const BenchScene& s
 
 CommittedScene::~CommittedScene() { library_.api().rtcReleaseScene(scene_); }
 
-double CommittedScene::Trace(Query query, Call call, RayBuffer& rays) const {
+void CommittedScene::Trace(Query query, Call call, std::span<RayRecord> rays) const {
   const tests::EmbreeApi& api = library_.api();
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (call == Call::kCoherentStream) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  const auto first = reinterpret_cast<RTCRayHit*>(rays.rays().data());
-  const auto count = static_cast<unsigned>(rays.rays().size());
+  const auto first = reinterpret_cast<RTCRayHit*>(rays.data());
+  const auto count = static_cast<unsigned>(rays.size());
 
-  const Stopwatch stopwatch;
   if (call != Call::kSingleRays) {
     if (query == Query::kAny) {
       api.rtcOccluded1M(scene_, &context, &first->ray, count, sizeof(RTCRayHit));
@@ -96,7 +84,6 @@ double CommittedScene::Trace(Query query, Call call, RayBuffer& rays) const {
   } else {
     for (unsigned i = 0; i < count; ++i) api.rtcIntersect1(scene_, &context, &first[i]);
   }
-  return stopwatch.Seconds();
 }
 
 }  // namespace dacrt::bench

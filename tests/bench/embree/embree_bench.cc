@@ -1,0 +1,160 @@
+// dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <span>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "command_line.h"
+#include "embree_contest.h"
+#include "embree_options.h"
+#include "embree_plots.h"
+#include "embree_report.h"
+#include "errors.h"
+#include "format.h"
+#include "output_file.h"
+#include "processor.h"
+#include "progress.h"
+
+namespace dacrt::bench {
+namespace {
+
+// Memory is measured with the rays of these cells.
+bool MeasuresMemory(const Cell& cell) {
+  return cell.kind == "diffuse" && (cell.size == "64K" || cell.size == "1M");
+}
+
+// The cells that an earlier run has written; none if there was none.
+void Resume(const std::string& path, EmbreeResults& results) {
+  std::ifstream file(path);
+  if (!file) return;
+  try {
+    AddCells(nlohmann::ordered_json::parse(file), results);
+  } catch (const nlohmann::json::exception&) {
+    throw UsageError(path + " is not a result that can be resumed");
+  }
+}
+
+// Calls `work` with each run of cells that have the member in common.
+template <class Member, class Work>
+void ForEachRun(std::span<const Cell> cells, Member Cell::*member, const Work& work) {
+  while (!cells.empty()) {
+    const auto end = std::ranges::find_if(
+        cells, [&](const Cell& cell) { return cell.*member != cells.front().*member; });
+    const std::size_t count = end - cells.begin();
+    work(cells.first(count));
+    cells = cells.subspan(count);
+  }
+}
+
+class Benchmark {
+ public:
+  Benchmark(const EmbreeOptions& options, std::vector<Cell> cells, EmbreeResults results)
+      : options_(options),
+        cells_(std::move(cells)),
+        progress_(cells_.size()),
+        results_(std::move(results)) {}
+
+  const EmbreeResults& results() const { return results_; }
+  bool is_complete() const { return is_complete_; }
+
+  void Run() {
+    Save();  // so that an output that cannot be written shows before measuring
+    ForEachRun(cells_, &Cell::scene, [&](std::span<const Cell> cells) {
+      progress_.Show(cells.front().scene + ": loading");
+      try {
+        BenchScene scene = SceneSource(cells.front().scene, options_.folder).Load();
+        scene.mesh.positions.push_back(0);  // Embree reads it with the last vertex
+        ForEachRun(cells, &Cell::threads,
+                   [&](std::span<const Cell> group) { MeasureScene(scene, group); });
+      } catch (const UnreadableScene& error) {
+        is_complete_ = false;
+        progress_.Say(error.what());
+        progress_.Skip(cells.size());
+      }
+    });
+  }
+
+ private:
+  void MeasureScene(const BenchScene& scene, std::span<const Cell> cells) {
+    progress_.Show(cells.front().scene + ": commits");
+    EmbreeContest contest(scene, cells.front().threads);
+    for (const Cell& cell : cells) {
+      const std::string name = Name(cell);
+      const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
+      show("making rays");
+      RayBuffer rays = contest.MakeRays(cell);
+      if (rays.rays().empty()) {
+        progress_.Finish(name + ": there are no such rays");
+        continue;
+      }
+      try {
+        results_.cells.push_back(contest.Measure(cell, options_.repeat, show, rays));
+      } catch (const Disagreement& error) {
+        throw Disagreement(name + ": " + error.what());
+      }
+      if (MeasuresMemory(cell)) {
+        show("memory");
+        results_.memory.push_back(contest.MeasureMemory(cell, rays));
+      }
+      Save();
+      const CellResult& result = results_.cells.back();
+      progress_.Finish(name + ": one shot x " + Fixed(result.OneShotRatio(), 2) + ", steady x " +
+                       Fixed(result.SteadyRatio(), 2));
+    }
+  }
+
+  // After every cell: what was measured is not lost if the run ends early.
+  void Save() const {
+    if (!options_.json.empty()) WriteFile(options_.json, JsonText(ToJson(results_)));
+    if (!options_.markdown.empty()) {
+      std::ostringstream text;
+      PrintMarkdown(results_, text);
+      WriteFile(options_.markdown, text.str());
+    }
+    if (!options_.plots.empty()) {
+      MakeFolder(options_.plots);
+      WriteEmbreePlots(results_, options_.plots);
+    }
+  }
+
+  const EmbreeOptions& options_;
+  const std::vector<Cell> cells_;
+  Progress progress_;
+  EmbreeResults results_;
+  bool is_complete_ = true;
+};
+
+int Main(int argc, char** argv) {
+  const auto options = ParseEmbreeOptions(argc, argv);
+  if (!options) return kSuccess;
+  EmbreeResults results{.command = CommandText("tests/bench/run embree", argc, argv),
+                        .processor = ProcessorName(),
+                        .repeat = options->repeat,
+                        .cells = {},
+                        .memory = {}};
+  if (options->resume) Resume(options->json, results);
+  std::vector<Cell> cells = options->cells;
+  std::erase_if(cells, [&](const Cell& cell) {
+    return std::ranges::find(results.cells, cell, &CellResult::cell) != results.cells.end();
+  });
+  bool is_complete;
+  {
+    Benchmark benchmark(*options, std::move(cells), std::move(results));
+    benchmark.Run();
+    results = benchmark.results();
+    is_complete = benchmark.is_complete();
+  }
+  PrintText(results, std::cout);
+  return is_complete ? kSuccess : kUnreadableScene;
+}
+
+}  // namespace
+}  // namespace dacrt::bench
+
+int main(int argc, char** argv) {
+  return dacrt::bench::RunGuarded("embree_bench", [=] { return dacrt::bench::Main(argc, argv); });
+}

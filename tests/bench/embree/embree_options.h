@@ -1,0 +1,23 @@
+// The command line of embree_bench.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "embree_results.h"
+
+namespace dacrt::bench {
+
+struct EmbreeOptions {
+  std::vector<Cell> cells;  ///< scene by scene; of a scene, one number of threads after the other
+  std::string folder;       ///< of the PLY scenes
+  int repeat = 3;
+  std::string json, markdown, plots;  ///< where to write; empty: nowhere
+  bool resume = false;
+};
+
+/// Nothing if only help was asked for, which has then been printed. Throws UsageError (errors.h).
+std::optional<EmbreeOptions> ParseEmbreeOptions(int argc, char** argv);
+
+}  // namespace dacrt::bench

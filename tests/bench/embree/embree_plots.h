@@ -1,0 +1,18 @@
+// The results of embree_bench as plots.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "embree_results.h"
+
+namespace dacrt::bench {
+
+/// A panel for each kind of rays: both ratios, a line for each number of threads, against the
+/// number of rays a call.
+std::string EmbreePlot(const EmbreeResults& results, const std::string& scene);
+
+/// Writes SCENE.svg into the folder for each scene. Throws OutputError (errors.h).
+void WriteEmbreePlots(const EmbreeResults& results, const std::filesystem::path& folder);
+
+}  // namespace dacrt::bench

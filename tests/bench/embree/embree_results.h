@@ -1,0 +1,75 @@
+// What a run of embree_bench found, and its form as JSON.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace dacrt::bench {
+
+/// A place in the matrix.
+struct Cell {
+  std::string scene;
+  std::string kind;  ///< of the rays, by its name in RayKinds
+  std::string size;  ///< of a batch, by its name in BatchSizes
+  int threads;
+
+  bool operator==(const Cell&) const = default;
+};
+
+/// As "hall-1m, diffuse, 64K, 2 threads".
+std::string Name(const Cell& cell);
+
+/// Seconds, one value a round.
+struct Times {
+  std::vector<double> commit;  ///< of a scene not seen before
+  std::vector<double> first;   ///< the first batch on it
+  std::vector<double> steady;  ///< a later batch on a still scene
+
+  double OneShot() const;  ///< median of commit and first batch together
+  double Steady() const;   ///< median
+};
+
+/// Both libraries with the same rays.
+struct CellResult {
+  Cell cell;
+  std::size_t triangles;
+  std::size_t rays;     ///< of a batch; where it is a whole picture, those that this kind has
+  std::size_t batches;  ///< of whose time `steady` is the mean
+  std::string embree_one_shot, embree_steady;  ///< the fastest ways to use Embree
+  Times embree, dacrt;
+
+  double OneShotRatio() const { return embree.OneShot() / dacrt.OneShot(); }
+  double SteadyRatio() const { return embree.Steady() / dacrt.Steady(); }
+};
+
+/// Bytes beyond those of the mesh and the rays: what is kept after a call, and the most that there
+/// was from before the scene was made until then.
+struct MemoryUse {
+  std::size_t kept_announced, peak_announced;  ///< to the memory monitor
+  std::size_t kept_resident, peak_resident;    ///< in the memory of the process
+};
+
+/// Each library in a process of its own, with the same rays.
+struct MemoryResult {
+  Cell cell;
+  std::size_t triangles;
+  std::size_t rays;
+  MemoryUse embree, dacrt;
+};
+
+struct EmbreeResults {
+  std::string command;
+  std::string processor;
+  int repeat;
+  std::vector<CellResult> cells;
+  std::vector<MemoryResult> memory;
+};
+
+nlohmann::ordered_json ToJson(const EmbreeResults& results);
+
+/// Adds the cells of what ToJson made. Throws nlohmann::json::exception if it is anything else.
+void AddCells(const nlohmann::ordered_json& json, EmbreeResults& results);
+
+}  // namespace dacrt::bench

@@ -1,0 +1,16 @@
+// The memory that a library takes for a scene and a call.
+#pragma once
+
+#include <string>
+
+#include "embree_library.h"
+#include "embree_results.h"
+
+namespace dacrt::bench {
+
+/// Loads the library at `path`, commits the scene and traces the rays, which must be armed, for
+/// closest hits in one call. This process must not have loaded the library before.
+MemoryUse MeasureMemory(const std::string& path, const std::string& config, const BenchScene& scene,
+                        RayBuffer& rays);
+
+}  // namespace dacrt::bench
