@@ -13,6 +13,8 @@ struct Delivery {
   std::size_t batch;  ///< rays that the program has at a time: the next wait for their results
   std::size_t slice;  ///< rays of one call: the callers take the slices of a batch as they are free
   int callers;
+
+  bool operator==(const Delivery&) const = default;
 };
 
 /// The seconds that all batches of the rays take, one after the other.
