@@ -128,6 +128,11 @@ void ApplyEmbreeKey(Config& config, std::string_view key, const Token& value) {
   if (Contains(kIdentifierKeys, key) && value.kind != Kind::kIdentifier) {
     throw ApiError(RTC_ERROR_UNKNOWN, "config: ", key, " = ", value.text, " is no name");
   }
+  if (key == "threads") {
+    // As in Embree, 0 and less mean all.
+    const int threads = std::atoi(std::string(value.text).c_str());
+    config.settings.threads = static_cast<uint32_t>(std::clamp(threads, 0, 1024));
+  }
   if (key == "verbose") config.verbose = std::atoi(std::string(value.text).c_str());
   if (key == "isa" || key == "max_isa") {
     config.settings.instruction_set = LimitFromIsa(value.text);

@@ -78,7 +78,8 @@ void Scene::Commit() {
   const bool is_empty = selection.meshes.empty();
   if (!is_empty) ReportProgress(0);
   auto snapshot = std::make_unique<Snapshot>();
-  snapshot->scene = std::make_unique<dacrt::Scene>(device_->engine(), selection.meshes);
+  const Keep keep = selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget;
+  snapshot->scene = std::make_unique<dacrt::Scene>(device_->engine(), selection.meshes, keep);
   if (!is_empty) ReportProgress(1);
   snapshot->buffers = std::move(selection.buffers);
   Install(selection, std::move(snapshot));
@@ -94,7 +95,7 @@ void Scene::CheckGeometriesCommitted() const {
 }
 
 bool Scene::NeedsCommit() const {
-  return revision_ != committed_revision_ ||
+  return revision_ != committed_revision_ || flags_ != committed_flags_ ||
          std::any_of(geometries_.begin(), geometries_.end(), [](const auto& place) {
            const Attached& attached = place.second;
            return attached.geometry->version() != attached.committed_version;
@@ -104,6 +105,7 @@ bool Scene::NeedsCommit() const {
 Scene::Selection Scene::Select() const {
   Selection selection;
   selection.revision = revision_;
+  selection.flags = flags_;
   for (const auto& [id, attached] : geometries_) {
     const Geometry& geometry = *attached.geometry;
     selection.versions.emplace_back(id, geometry.version());
@@ -123,6 +125,7 @@ void Scene::Install(const Selection& selection, std::unique_ptr<const Snapshot> 
     if (place != geometries_.end()) place->second.committed_version = version;
   }
   committed_revision_ = selection.revision;
+  committed_flags_ = selection.flags;
   snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
 }
 

@@ -62,6 +62,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// What a commit is made of, as it was when the commit began.
   struct Selection {
     uint64_t revision = 0;
+    RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
     std::vector<std::pair<unsigned int, uint64_t>> versions;  ///< of all geometries, by ID
     std::vector<dacrt::TriangleMesh> meshes;                  ///< of the enabled ones
     std::vector<std::shared_ptr<const Buffer>> buffers;       ///< that the meshes are in
@@ -82,11 +83,12 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device> device_;
 
-  mutable std::mutex geometries_mutex_;  ///< of the next five
+  mutable std::mutex geometries_mutex_;  ///< of the next six
   std::map<unsigned int, Attached> geometries_;
   unsigned int first_free_id_ = 0;   ///< no smaller ID is free
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
   uint64_t committed_revision_ = 0;  ///< the one that was committed last
+  RTCSceneFlags committed_flags_ = RTC_SCENE_FLAG_NONE;
   std::unique_ptr<const Snapshot> snapshot_;
 
   std::mutex commit_mutex_;  ///< one commit at a time; taken before the other

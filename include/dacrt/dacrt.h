@@ -59,11 +59,13 @@ class Device {
   /// The instruction set that is used, never kBest.
   InstructionSet instruction_set() const;
 
-  /// Bytes that a call needs beyond the caller's memory and the stack: the formula
-  ///     R = min(ray_count, piece_rays)
-  ///     bytes = kTriangleBytes * triangle_count + kRayBytes * R + a constant
-  /// stated with its constants in src/runtime/workspace.h. The device keeps as many workspaces as
-  /// there were calls at once, each as large as the largest call that it served.
+  /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack.
+  /// With a piece of R rays for each of W threads that work on the call (src/engine/call_plan.h)
+  ///     bytes = W * (kRayBytes * R + a constant) + kTriangleBytes * triangle_count
+  /// The constants are stated in src/runtime/workspace.h, and for the triangles in
+  /// src/partition/grid.h where a partition is kept: they are then needed only by the first calls,
+  /// while large subsets are split. The device keeps as many workspaces as threads worked at once,
+  /// each as large as the largest piece that it served.
   std::size_t WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const;
 
   /// Bytes of all workspaces that the device holds now, those in use included.
@@ -78,6 +80,12 @@ class Device {
   std::unique_ptr<Implementation> implementation_;
 };
 
+/// Whether a scene keeps the partition of its triangles between calls.
+enum class Keep {
+  kByBudget,  ///< as Settings::budget says
+  kNothing,   ///< as with a budget of 0
+};
+
 /// A committed, immutable set of meshes.
 ///
 /// Triangles with an index outside the vertices, or with a vertex that is not finite or beyond
@@ -90,8 +98,9 @@ class Scene {
   /// where distances are equal.
   /// Throws std::invalid_argument if a pointer is null while its count is not zero, or if an
   /// address or stride is not a multiple of four; std::length_error if there are 2^32 - 1
-  /// triangles or more.
-  Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes);
+  /// triangles or more; std::bad_alloc if the memory of what is kept cannot be had.
+  Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,
+        Keep keep = Keep::kByBudget);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
@@ -101,6 +110,14 @@ class Scene {
 
   /// Number of triangles that can be hit.
   std::size_t triangle_count() const;
+
+  /// Bytes that the scene may come to keep between calls, beside the meshes' description: 0 if
+  /// nothing is kept. Reserved when the scene is made, taken from the system as the partition
+  /// grows.
+  std::size_t KeptBytes() const;
+
+  /// Of these, the bytes in use now.
+  std::size_t KeptBytesUsed() const;
 
   /// Bytes that Trace needs for `ray_count` rays; see Device::WorkspaceBytes.
   std::size_t WorkspaceBytes(std::size_t ray_count) const;
@@ -113,7 +130,8 @@ class Scene {
   /// batch. Not promised: the same bits on two different instruction sets; watertight edges.
   ///
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
-  /// std::bad_alloc if the workspace cannot be had; no ray has changed then.
+  /// std::bad_alloc if the workspace cannot be had, not even for smaller pieces on one thread; no
+  /// ray has changed then.
   Statistics Trace(Query query, const RayView& rays) const;
 
  private:

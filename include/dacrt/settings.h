@@ -50,6 +50,11 @@ enum class Algorithm {
   kMora2011,
 };
 
+/// Settings::budget: eight bytes a triangle, which hold the whole partition of most scenes.
+inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;
+/// Settings::budget: whatever the whole partition takes.
+inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;
+
 /// The constants of the method and the limits of one call.
 /// None of them changes a hit: they change time and memory only.
 struct Settings {
@@ -88,13 +93,24 @@ struct Settings {
   uint32_t leaf_rays = 8;
 
   /// A batch is cut into pieces of at most this many rays, which bounds the workspace;
-  /// 64 to 2^30.
+  /// 64 to 2^30. With a kept partition pieces are smaller still, so that they stay in the cache.
   uint32_t piece_rays = 4u << 20;
+
+  /// Threads that work on calls at once, those that call included; 0: as many as the machine has;
+  /// at most 1024. Where nothing is kept, a call uses the thread that makes it.
+  uint32_t threads = 0;
+
+  /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where
+  /// rays go and serves all later calls until the scene is gone. With 0 nothing is kept, and each
+  /// call partitions anew; so it is with a budget too small for four bytes a triangle and a little
+  /// more, and with methods other than kNabata2013.
+  uint64_t budget = kDefaultBudget;
 };
 
 std::string_view Name(Algorithm algorithm);
 
-/// Sets the member called `name` from its text form, e.g. ("bins", "8"). Switches take 0 and 1.
+/// Sets the member called `name` from its text form, e.g. ("bins", "8"). Switches take 0 and 1, the
+/// budget a number of bytes, "default" or "unlimited".
 /// Throws std::invalid_argument that names the setting, the value and what is legal; `settings`
 /// is then unchanged.
 void SetByName(Settings& settings, std::string_view name, std::string_view value);

@@ -19,20 +19,21 @@ struct Statistics {
   uint64_t median_splits = 0;   ///< splits by count, where centres coincide or the depth is bounded
   uint64_t box_tests = 0;       ///< tests of one ray against one child volume while filtering
   uint64_t rays_filtered = 0;   ///< rays that filtering removed
-  uint64_t packet_tests = 0;    ///< tests of one conic packet against one child volume
+  uint64_t packet_tests = 0;    ///< tests of one ray packet or cone against one child volume
   uint64_t filters = 0;         ///< child volumes that were filtered
   uint64_t filters_skipped = 0;  ///< child volumes that took over the parent's rays
   uint64_t direct_solves = 0;    ///< subproblems solved directly
   uint64_t direct_rays = 0;      ///< sum over direct solves of the active rays
   uint64_t triangle_tests = 0;   ///< tests of one ray against one triangle
 
-  // Where the time went, in seconds, by the processor's time stamp counter.
+  // Where the time went, in seconds of all threads together, by the time stamp counter.
   double seconds_loading = 0;    ///< from the caller's records to the engine's arrays
   double seconds_sampling = 0;   ///< taking sample rays, and tracing them against candidates
   double seconds_binning = 0;    ///< references, bins and candidates
   double seconds_partition = 0;  ///< moving references
   double seconds_filtering = 0;  ///< filtering, and returning distances
   double seconds_direct = 0;     ///< direct solves
+  double seconds_few_rays = 0;   ///< a vector of rays or fewer over the kept partition, all steps
   double seconds_storing = 0;    ///< from the engine's hits to the caller's records
 
   Statistics& operator+=(const Statistics& other);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dacrt/dacrt.h"
+#include "runtime/tasks.h"
 #include "runtime/workspace.h"
 #include "solve/solve.h"
 
@@ -11,10 +12,18 @@ class Device::Implementation {
  public:
   explicit Implementation(const Settings& settings);
 
+  /// Whether a scene of so many triangles keeps its partition, and in how many bytes.
+  bool Keeps(std::size_t triangles, Keep keep) const;
+  std::size_t BudgetBytes(std::size_t triangles) const;
+
+  /// See Device::WorkspaceBytes.
+  std::size_t CallBytes(std::size_t triangles, std::size_t rays, bool keeps) const;
+
   Settings settings;
   InstructionSet instruction_set;
   const Kernels& kernels;
   WorkspacePool workspaces;
+  TaskPool tasks;
 };
 
 }  // namespace dacrt

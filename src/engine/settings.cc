@@ -20,6 +20,7 @@ constexpr NumberSetting kNumbers[] = {
     {"leaf_triangles", &Settings::leaf_triangles, 1, 64},
     {"leaf_rays", &Settings::leaf_rays, 1, 1024},
     {"piece_rays", &Settings::piece_rays, 64, 1u << 30},
+    {"threads", &Settings::threads, 0, 1024},
 };
 
 struct SwitchSetting {
@@ -93,6 +94,18 @@ uint32_t ParseNumber(const NumberSetting& number, std::string_view value) {
   return parsed;
 }
 
+uint64_t ParseBudget(std::string_view value) {
+  if (value == "default") return kDefaultBudget;
+  if (value == "unlimited") return kUnlimitedBudget;
+  uint64_t parsed = 0;
+  const char* end = value.data() + value.size();
+  const auto result = std::from_chars(value.data(), end, parsed);
+  if (result.ec != std::errc() || result.ptr != end) {
+    Refuse("budget", value, "it takes a number of bytes, default, or unlimited");
+  }
+  return parsed;
+}
+
 bool ParseSwitch(std::string_view name, std::string_view value) {
   if (value != "0" && value != "1") Refuse(name, value, "it takes 0 or 1");
   return value == "1";
@@ -107,13 +120,17 @@ std::string_view Name(InstructionSet instruction_set) {
 std::string_view Name(Algorithm algorithm) { return NameIn(kAlgorithms, algorithm); }
 
 void SetByName(Settings& settings, std::string_view name, std::string_view value) {
-  std::string names = "algorithm instruction_set";
+  std::string names = "algorithm instruction_set budget";
   if (name == "algorithm") {
     settings.algorithm = ParseChoice(kAlgorithms, name, value);
     return;
   }
   if (name == "instruction_set") {
     settings.instruction_set = ParseChoice(kInstructionSets, name, value);
+    return;
+  }
+  if (name == "budget") {
+    settings.budget = ParseBudget(value);
     return;
   }
   for (const SwitchSetting& entry : kSwitches) {

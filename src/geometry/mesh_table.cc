@@ -46,6 +46,11 @@ MeshTable::MeshTable(std::span<const TriangleMesh> meshes) : meshes_(meshes.begi
   std::stable_sort(
       meshes_.begin(), meshes_.end(),
       [](const TriangleMesh& a, const TriangleMesh& b) { return a.geometry_id < b.geometry_id; });
+  uint32_t first = 0;
+  for (const TriangleMesh& mesh : meshes_) {
+    first_.push_back(first);
+    first += static_cast<uint32_t>(mesh.triangle_count);
+  }
 }
 
 }  // namespace dacrt

@@ -1,6 +1,7 @@
 // The meshes of a committed scene, in the order in which equal distances are decided.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <span>
@@ -27,6 +28,23 @@ class MeshTable {
   /// Triangles of all meshes, also those that cannot be hit.
   std::size_t triangle_count() const { return triangle_count_; }
 
+  /// The number of a triangle among those of all meshes; `Locate` is the way back.
+  uint32_t Number(uint32_t mesh, uint32_t primitive) const { return first_[mesh] + primitive; }
+
+  struct Name {
+    uint32_t mesh;
+    uint32_t primitive;
+  };
+  Name Locate(uint32_t number) const {
+    uint32_t mesh = 0;
+    if (first_.size() > 1) {
+      mesh = static_cast<uint32_t>(std::upper_bound(first_.begin(), first_.end(), number) -
+                                   first_.begin()) -
+             1;
+    }
+    return {mesh, number - first_[mesh]};
+  }
+
   /// Whether every mesh accepts every ray whose mask is not 0.
   bool all_masks_full() const { return all_masks_full_; }
 
@@ -50,6 +68,7 @@ class MeshTable {
 
  private:
   std::vector<TriangleMesh> meshes_;
+  std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::size_t triangle_count_ = 0;
   bool all_masks_full_ = true;
 };

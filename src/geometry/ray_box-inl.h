@@ -43,6 +43,13 @@ HWY_INLINE uint64_t Bits(M mask) {
   return bits;
 }
 
+/// The way back from Bits.
+HWY_INLINE M MaskOf(uint64_t bits) {
+  uint8_t bytes[8];
+  memcpy(bytes, &bits, sizeof(bits));
+  return hn::LoadMaskBits(kFloat, bytes);
+}
+
 /// Relative widening of a box, two units in the last place: a ray that runs exactly in a face of
 /// the box counts as inside, also when its direction's component is zero.
 constexpr float kBoxWidening = 0x1p-22f;

@@ -32,6 +32,9 @@ struct TriangleRange {
 /// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
 /// coordinate that is not finite or above 1.8e18 in magnitude, where squares overflow.
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
+inline bool BoundTriangle(const MeshTable& meshes, MeshTable::Name name, TriangleRef& ref) {
+  return BoundTriangle(meshes, name.mesh, name.primitive, ref);
+}
 
 /// Writes the references of the triangles that can be hit to `refs`, and returns their range. Those
 /// that find no room are left out: there can be more than there were at commit only if the caller

@@ -61,7 +61,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
       std::any_of(meshes.meshes().begin(), meshes.meshes().end(),
                   [&](const TriangleMesh& mesh) { return (mesh.mask & common_mask) == 0; });
   if (!masks_matter) batch.ray_masks = nullptr;
-  PadWithInactiveRays(batch, slot);
+  PadWithInactive(batch, slot);
   batch.top = (slot + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   return {0, slot};
 }

@@ -74,8 +74,31 @@ struct RayBatch {
   static constexpr std::size_t kFields = 9;
 };
 
-/// Makes the slots from `end` on, a full vector of them, hold inactive rays.
-inline void PadWithInactiveRays(RayBatch& batch, std::size_t end) {
+/// Packets [begin, begin + count) of the arrays; as RayBlock.
+using PacketBlock = RayBlock;
+
+/// Ray packets (see ray_packets-inl.h), stacked as rays are.
+struct PacketBatch {
+  float* org_lower[3];
+  float* org_upper[3];
+  float* reciprocal_lower[3];  ///< of the directions
+  float* reciprocal_upper[3];
+  float* tnear;     ///< the least
+  float* tfar;      ///< the largest
+  uint32_t* index;  ///< the rays stand in the slots from kMaxLanes * index on
+  std::size_t capacity;
+  std::size_t top = 0;
+
+  uint8_t* lane_bits;
+  std::size_t bits_top = 0;
+  std::size_t bits_capacity;
+
+  static constexpr std::size_t kFields = 15;
+};
+
+/// Makes the slots from `end` on, a full vector of them, hold inactive rays or packets.
+template <class Batch>
+inline void PadWithInactive(Batch& batch, std::size_t end) {
   for (std::size_t slot = end; slot < end + kMaxLanes; ++slot) {
     batch.tnear[slot] = kInactiveTNear;
     batch.tfar[slot] = kInactiveTFar;

@@ -6,6 +6,8 @@
 #include <cstdint>
 
 #include "geometry/box.h"
+#include "geometry/triangle_refs.h"
+#include "geometry/wide_node.h"
 
 namespace dacrt {
 
@@ -49,6 +51,19 @@ struct SplitCandidate {
   std::size_t right_count;
 };
 
+/// Where a subset of the kept partition is split (see split_subset-inl.h).
+struct SubsetScratch {
+  /// Triangles up to which a subset is split in one go: with its nodes it fits the second-level
+  /// cache.
+  static constexpr std::size_t kTriangles = 2048;
+  static constexpr std::size_t kNodes = 1024;
+  static constexpr std::size_t kBins = 16;
+
+  TriangleRef refs[kTriangles];
+  WideNode nodes[kNodes];
+  Bin bins[3][kBins];
+};
+
 struct Scratch {
   static constexpr int kMaxBins = 32;
 
@@ -58,6 +73,7 @@ struct Scratch {
   SplitCandidate candidates[3][kMaxBins];
   uint32_t begins[3][kMaxBins];  ///< triangles that begin in a bin, for cuts
   uint32_t ends[3][kMaxBins];    ///< triangles that end in a bin
+  SubsetScratch subset;
 };
 
 }  // namespace dacrt

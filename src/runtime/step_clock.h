@@ -8,13 +8,22 @@
 
 namespace dacrt {
 
-enum class Step { kLoading, kSampling, kBinning, kPartition, kFiltering, kDirect, kStoring };
+enum class Step {
+  kLoading,
+  kSampling,
+  kBinning,
+  kPartition,
+  kFiltering,
+  kDirect,
+  kFewRays,
+  kStoring
+};
 
 /// Ticks spent in each step. The processor's time stamp counter costs a third of the system's
 /// clock; how long a tick is comes out at the end, from the span of the whole call in both.
 class StepClock {
  public:
-  static constexpr std::size_t kSteps = 7;
+  static constexpr std::size_t kSteps = 8;
 
   /// Charges its own lifetime to a step.
   class Charge {

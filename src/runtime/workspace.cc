@@ -1,8 +1,5 @@
 #include "runtime/workspace.h"
 
-#include <sys/mman.h>
-
-#include <new>
 #include <utility>
 
 namespace dacrt {
@@ -35,7 +32,8 @@ class Cutter {
 
 }  // namespace
 
-WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, const Settings& settings)
+WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, bool keeps,
+                               const Settings& settings)
     : rays(rays) {
   // Copies of a ray that methods without skipping get. With four, a million diffuse rays in an
   // atrium took 2.3 (afra2012) and 1.8 (mora2011) times the box tests, because children had to do
@@ -43,32 +41,20 @@ WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, const Se
   constexpr std::size_t kCopiesOfUnskipped = 9;
   const bool skips = settings.algorithm == Algorithm::kNabata2013 && settings.skip_filtering;
   const bool cuts_space = settings.algorithm == Algorithm::kMora2011;
-  refs = cuts_space ? 2 * triangles : triangles;
-  packets = cuts_space ? (rays + ConicPackets::kRays - 1) / ConicPackets::kRays : 0;
+  constexpr std::size_t kPlacesAPacket = 6;
+  refs = keeps ? 0 : cuts_space ? 2 * triangles : triangles;
+  packet_slots = keeps ? RoundUp(kPlacesAPacket * (rays / kMaxLanes) + kSpareSlots, kMaxLanes) : 0;
+  cones = cuts_space ? (rays + ConicPackets::kRays - 1) / ConicPackets::kRays : 0;
   slots = RoundUp((1 + (skips ? 1 : kCopiesOfUnskipped)) * rays + kSpareSlots, kMaxLanes);
-}
-
-Workspace::~Workspace() { Free(); }
-
-void Workspace::Free() {
-  if (memory_) munmap(memory_, bytes_);
-  memory_ = nullptr;
-  bytes_ = 0;
 }
 
 void Workspace::Reserve(const WorkspaceShape& shape) {
   const std::size_t bytes = shape.Bytes();
-  if (bytes > bytes_) {
-    Free();
-    // The system's pages directly: untouched ones cost nothing, and all go back when freed.
-    void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED) throw std::bad_alloc();
-    // Large pages make the first touch, and every later one, cheaper. Without them all still works.
-    madvise(memory, bytes, MADV_HUGEPAGE);
-    memory_ = static_cast<std::byte*>(memory);
-    bytes_ = bytes;
+  if (bytes > memory_.bytes()) {
+    memory_ = Pages();  // first, so that there are never two
+    memory_ = Pages(bytes);
   }
-  Cutter cutter(memory_);
+  Cutter cutter(memory_.data());
   scratch_ = cutter.Cut<Scratch>(1);
   refs_ = {cutter.Cut<TriangleRef>(shape.refs), shape.refs};
   // The fields are read and written side by side; at equal offsets in their pages they would
@@ -87,12 +73,28 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   batch_.bits_capacity = shape.slots / 8;
   batch_.lane_bits = cutter.Cut<uint8_t>(batch_.bits_capacity);
   batch_.bits_top = 0;
+  const auto cut_packet_field = [&]<class T>(T*& field) {
+    field = cutter.Cut<T>(shape.packet_slots);
+    cutter.Skip(5);
+  };
+  for (float*& field : packets_.org_lower) cut_packet_field(field);
+  for (float*& field : packets_.org_upper) cut_packet_field(field);
+  for (float*& field : packets_.reciprocal_lower) cut_packet_field(field);
+  for (float*& field : packets_.reciprocal_upper) cut_packet_field(field);
+  cut_packet_field(packets_.tnear);
+  cut_packet_field(packets_.tfar);
+  cut_packet_field(packets_.index);
+  packets_.capacity = shape.packet_slots;
+  packets_.top = 0;
+  packets_.bits_capacity = shape.packet_slots / 8;
+  packets_.lane_bits = cutter.Cut<uint8_t>(packets_.bits_capacity);
+  packets_.bits_top = 0;
   batch_.hits = cutter.Cut<Hit>(shape.rays);
-  for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.packets);
-  batch_.cones.tangent = cutter.Cut<float>(shape.packets);
-  batch_.cones.longest = cutter.Cut<float>(shape.packets);
-  batch_.cones.reach = cutter.Cut<float>(shape.packets);
-  const std::size_t listed = WorkspaceShape::kPacketLists * shape.packets;
+  for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.cones);
+  batch_.cones.tangent = cutter.Cut<float>(shape.cones);
+  batch_.cones.longest = cutter.Cut<float>(shape.cones);
+  batch_.cones.reach = cutter.Cut<float>(shape.cones);
+  const std::size_t listed = WorkspaceShape::kPacketLists * shape.cones;
   batch_.packets = {cutter.Cut<RayBlock>(listed), listed};
   batch_.ray_masks = cutter.Cut<uint32_t>(shape.rays);
 }

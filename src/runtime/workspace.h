@@ -9,6 +9,7 @@
 
 #include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
+#include "runtime/pages.h"
 #include "runtime/scratch.h"
 
 namespace dacrt {
@@ -16,10 +17,11 @@ namespace dacrt {
 /// The formula: what a call with `triangles` triangles and pieces of `rays` rays needs.
 ///
 ///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays
-///           + kPacketBytes * packets + kConstantBytes
+///           + kConeBytes * cones + (kPacketSlotBytes + 1/8) * packet_slots + kConstantBytes
 ///
-/// refs: one for each triangle. Space partition (mora2011) has as many again for the triangles that
-/// straddle a cut; where they do not suffice, objects are partitioned instead.
+/// refs: one for each triangle, unless the partition is kept. Space partition (mora2011) has as
+/// many again for the triangles that straddle a cut; where they do not suffice, objects are
+/// partitioned instead.
 ///
 /// slots: places for rays, one each in the piece itself, and more in the blocks of its survivors,
 /// which are stacked. A child of which more than half would survive shares its parent's block, so
@@ -30,59 +32,60 @@ namespace dacrt {
 ///
 /// rays: each has a hit and a mask.
 ///
-/// packets: cones, for space partition; one for 64 rays, and its place in stacked lists.
+/// cones: for space partition; one for 64 rays, and its place in stacked lists.
+///
+/// packet_slots: places for packets of 16 coherent rays, where the partition is kept: six a packet.
+/// Packets are always filtered in front of leaves, so that blocks do not halve as those of rays do.
 struct WorkspaceShape {
   /// How many lists of all packets the stack of lists can hold.
   static constexpr std::size_t kPacketLists = 48;
 
   static constexpr std::size_t kRefBytes = sizeof(TriangleRef);
   static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
-  static constexpr std::size_t kPacketBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
+  static constexpr std::size_t kConeBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
+  static constexpr std::size_t kPacketSlotBytes = PacketBatch::kFields * sizeof(float);
   static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
   /// Scratch, and what aligning the arrays takes.
   static constexpr std::size_t kConstantBytes = sizeof(Scratch) + 16 * 1024;
 
-  WorkspaceShape(std::size_t triangles, std::size_t rays, const Settings& settings);
+  /// For pieces of `rays` rays. `keeps`: the partition is kept elsewhere, whatever the settings
+  /// say.
+  WorkspaceShape(std::size_t triangles, std::size_t rays, bool keeps, const Settings& settings);
 
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
-           kPacketBytes * packets + kConstantBytes;
+           kConeBytes * cones + kPacketSlotBytes * packet_slots + packet_slots / 8 + kConstantBytes;
   }
 
   std::size_t refs;
   std::size_t slots;
   std::size_t rays;
-  std::size_t packets;
+  std::size_t cones;
+  std::size_t packet_slots;
 };
 
 /// One block of memory, kept between calls and grown when a call needs more.
 class Workspace {
  public:
-  Workspace() = default;
-  ~Workspace();
-  Workspace(const Workspace&) = delete;
-  Workspace& operator=(const Workspace&) = delete;
-
   /// Makes room for `shape` and lays the arrays out; their contents are undefined.
   /// Throws std::bad_alloc; the workspace is then empty.
   void Reserve(const WorkspaceShape& shape);
 
-  std::size_t bytes() const { return bytes_; }
+  std::size_t bytes() const { return memory_.bytes(); }
   std::span<TriangleRef> refs() const { return refs_; }
   /// The empty batch.
   const RayBatch& batch() const { return batch_; }
+  const PacketBatch& packets() const { return packets_; }
   Scratch& scratch() const { return *scratch_; }
 
  private:
-  void Free();
-
-  std::byte* memory_ = nullptr;
-  std::size_t bytes_ = 0;
+  Pages memory_;
   std::span<TriangleRef> refs_;
   Scratch* scratch_ = nullptr;
   RayBatch batch_{};
+  PacketBatch packets_{};
 };
 
 /// The workspaces of a device. Threads: any number may use a pool at once.

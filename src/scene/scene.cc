@@ -1,13 +1,20 @@
 // A committed scene, and the flow of one batch through the engine.
 
 #include <algorithm>
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <new>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "dacrt/dacrt.h"
+#include "engine/call_plan.h"
 #include "engine/device.h"
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
+#include "partition/kept_partition.h"
 #include "solve/solve.h"
 
 namespace dacrt {
@@ -38,6 +45,7 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
   statistics.seconds_partition = of(Step::kPartition);
   statistics.seconds_filtering = of(Step::kFiltering);
   statistics.seconds_direct = of(Step::kDirect);
+  statistics.seconds_few_rays = of(Step::kFewRays);
   statistics.seconds_storing = of(Step::kStoring);
 }
 
@@ -45,14 +53,50 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
 
 class Scene::Implementation {
  public:
-  Implementation(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes)
-      : device(std::move(device)), meshes(meshes) {
-    if (!this->device) throw std::invalid_argument("Scene: device is null");
-    const auto all = this->meshes.meshes();
+  Implementation(std::shared_ptr<Device> shared_device, std::span<const TriangleMesh> all,
+                 Keep keep)
+      : device(std::move(shared_device)), meshes(all) {
+    if (!device) throw std::invalid_argument("Scene: device is null");
+    const std::size_t most = meshes.triangle_count();
+    if (most > 0 && Engine().Keeps(most, keep)) {
+      kept = std::make_unique<KeptPartition>(meshes, Engine().BudgetBytes(most));
+      bounds = kept->bounds();
+      triangle_count = kept->triangle_count();
+    } else {
+      CountTriangles();
+    }
+  }
+
+  Device::Implementation& Engine() const { return *device->implementation_; }
+
+  Statistics Trace(Query query, const RayView& rays) const {
+    CallPlan plan(rays.count, Engine().tasks.threads(), kept != nullptr, Engine().settings);
+    std::deque<WorkspacePool::Loan> workspaces;
+    ReserveWorkspaces(plan, workspaces);
+    Statistics statistics;
+    std::mutex mutex;
+    std::atomic<std::size_t> next_piece{0};
+    Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
+      const Statistics own = TracePieces(query, rays, plan, next_piece, workspaces[worker]);
+      const std::lock_guard lock(mutex);
+      statistics += own;
+    });
+    return statistics;
+  }
+
+  std::shared_ptr<Device> device;
+  MeshTable meshes;
+  Box bounds = Box::Empty();
+  std::size_t triangle_count = 0;
+  std::unique_ptr<KeptPartition> kept;  ///< null if nothing is kept
+
+ private:
+  void CountTriangles() {
+    const auto all = meshes.meshes();
     for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
       for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
         TriangleRef ref;
-        if (!BoundTriangle(this->meshes, mesh, primitive, ref)) continue;
+        if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
         bounds.Extend(ref.lower);
         bounds.Extend(ref.upper);
         ++triangle_count;
@@ -60,14 +104,67 @@ class Scene::Implementation {
     }
   }
 
-  std::shared_ptr<Device> device;
-  MeshTable meshes;
-  Box bounds = Box::Empty();
-  std::size_t triangle_count = 0;
+  /// One for each worker; with a smaller plan if the memory for this one cannot be had.
+  void ReserveWorkspaces(CallPlan& plan, std::deque<WorkspacePool::Loan>& workspaces) const {
+    for (;;) {
+      try {
+        const WorkspaceShape shape(triangle_count, plan.piece_rays, kept != nullptr,
+                                   Engine().settings);
+        for (std::size_t worker = 0; worker < plan.workers; ++worker) {
+          workspaces.emplace_back(Engine().workspaces).Reserve(shape);
+        }
+        return;
+      } catch (const std::bad_alloc&) {
+        workspaces.clear();
+        Engine().workspaces.ReleaseIdle();
+        if (!plan.Shrink()) throw;
+      }
+    }
+  }
+
+  /// Works on pieces until none is left.
+  Statistics TracePieces(Query query, const RayView& rays, const CallPlan& plan,
+                         std::atomic<std::size_t>& next_piece,
+                         WorkspacePool::Loan& workspace) const {
+    const Device::Implementation& engine = Engine();
+    Statistics statistics;
+    StepClock clock;
+    std::optional<TriangleRange> triangles;
+    for (std::size_t piece; (piece = next_piece++) < plan.PieceCount(rays.count);) {
+      const std::size_t first = piece * plan.piece_rays;
+      const std::size_t count = std::min(plan.piece_rays, rays.count - first);
+      RayBatch batch = workspace->batch();
+      PacketBatch packets = workspace->packets();
+      const SolveTask task{meshes,     engine.settings, workspace->refs(),
+                           batch,      packets,         workspace->scratch(),
+                           statistics, clock,           kept.get()};
+      const RayBlock active = [&] {
+        const StepClock::Charge charge(clock, Step::kLoading);
+        return LoadRays(rays, first, count, query, meshes, batch);
+      }();
+      // Object partition leaves the references to the next piece in another order; space partition
+      // leaves them clipped.
+      if (!triangles || engine.settings.algorithm == Algorithm::kMora2011) {
+        const StepClock::Charge charge(clock, Step::kBinning);
+        triangles = kept ? TriangleRange{} : MakeTriangleRefs(meshes, RefsOf(workspace));
+      }
+      if (active.count > 0) engine.kernels.solve(query, task, *triangles, active);
+      const StepClock::Charge charge(clock, Step::kStoring);
+      statistics.hits += engine.kernels.store(query, rays, first, task, active);
+      statistics.rays += active.count;
+      ++statistics.pieces;
+    }
+    TakeSeconds(clock, statistics);
+    return statistics;
+  }
+
+  std::span<TriangleRef> RefsOf(const WorkspacePool::Loan& workspace) const {
+    return workspace->refs().first(triangle_count);
+  }
 };
 
-Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes)
-    : implementation_(std::make_unique<Implementation>(std::move(device), meshes)) {}
+Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep)
+    : implementation_(std::make_unique<Implementation>(std::move(device), meshes, keep)) {}
 
 Scene::~Scene() = default;
 
@@ -78,44 +175,23 @@ Bounds Scene::bounds() const {
 
 std::size_t Scene::triangle_count() const { return implementation_->triangle_count; }
 
+std::size_t Scene::KeptBytes() const {
+  return implementation_->kept ? implementation_->kept->BytesReserved() : 0;
+}
+
+std::size_t Scene::KeptBytesUsed() const {
+  return implementation_->kept ? implementation_->kept->BytesUsed() : 0;
+}
+
 std::size_t Scene::WorkspaceBytes(std::size_t ray_count) const {
-  return implementation_->device->WorkspaceBytes(implementation_->triangle_count, ray_count);
+  return implementation_->Engine().CallBytes(triangle_count(), ray_count,
+                                             implementation_->kept != nullptr);
 }
 
 Statistics Scene::Trace(Query query, const RayView& rays) const {
   CheckRays(rays);
-  Statistics statistics;
-  if (rays.count == 0 || triangle_count() == 0) return statistics;
-
-  Device::Implementation& device = *implementation_->device->implementation_;
-  const MeshTable& meshes = implementation_->meshes;
-  const std::size_t piece_rays = std::min<std::size_t>(rays.count, device.settings.piece_rays);
-  WorkspacePool::Loan workspace(device.workspaces);
-  workspace.Reserve({triangle_count(), piece_rays, device.settings});
-  StepClock clock;
-  TriangleRange triangles;
-  for (std::size_t first = 0; first < rays.count; first += piece_rays) {
-    RayBatch batch = workspace->batch();
-    const SolveTask task{
-        meshes, device.settings, workspace->refs(), batch, workspace->scratch(), statistics, clock};
-    const RayBlock active = [&] {
-      const StepClock::Charge charge(clock, Step::kLoading);
-      return LoadRays(rays, first, std::min(piece_rays, rays.count - first), query, meshes, batch);
-    }();
-    // Object partition leaves the references to the next piece in another order; space partition
-    // leaves them clipped.
-    if (first == 0 || device.settings.algorithm == Algorithm::kMora2011) {
-      const StepClock::Charge charge(clock, Step::kBinning);
-      triangles = MakeTriangleRefs(meshes, workspace->refs().first(triangle_count()));
-    }
-    if (active.count > 0) device.kernels.solve(query, task, triangles, active);
-    const StepClock::Charge charge(clock, Step::kStoring);
-    statistics.hits += device.kernels.store(query, rays, first, task, active);
-    statistics.rays += active.count;
-    ++statistics.pieces;
-  }
-  TakeSeconds(clock, statistics);
-  return statistics;
+  if (rays.count == 0 || triangle_count() == 0) return {};
+  return implementation_->Trace(query, rays);
 }
 
 }  // namespace dacrt

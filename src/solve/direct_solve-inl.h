@@ -131,35 +131,64 @@ HWY_INLINE void ForEachLane(uint64_t lanes, const Take& take) {
   for (; lanes != 0; lanes &= lanes - 1) take(hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes));
 }
 
+/// The rays of `active` in the vector at `slot` against one triangle after the other.
+template <Query kQuery>
+HWY_INLINE void TestVectorByRays(const SolveTask& task, size_t slot, M active) {
+  const TriangleBlock& block = task.scratch.triangles;
+  MeetingPairs pairs;
+  TestRays test_rays = LoadTestRays(task.batch, slot);
+  const V none = hn::Set(kFloat, kInactiveTFar);
+  test_rays.tfar = hn::IfThenElse(active, test_rays.tfar, none);
+  for (size_t i = 0; i < block.count; ++i) {
+    if (HWY_LIKELY(!TestPairs(test_rays, LoadTestTriangles<true>(block, i), pairs))) continue;
+    ForEachLane(pairs.lanes,
+                [&](size_t lane) { TakePair<kQuery>(task, slot + lane, pairs, lane, i); });
+    test_rays.tfar = hn::IfThenElse(active, hn::Load(kFloat, task.batch.tfar + slot), none);
+  }
+}
+
 /// A vector of rays at a time against one triangle after the other.
 template <Query kQuery>
 HWY_INLINE void TestByRays(const SolveTask& task, const RayBlock& rays) {
+  const M all = hn::FirstN(kFloat, Lanes());
+  for (size_t slot = rays.begin; slot < rays.begin + rays.count; slot += Lanes()) {
+    TestVectorByRays<kQuery>(task, slot, all);
+  }
+}
+
+/// The ray in `slot` against a vector of triangles at a time.
+template <Query kQuery>
+HWY_INLINE void TestRayByTriangles(const SolveTask& task, size_t slot) {
   const TriangleBlock& block = task.scratch.triangles;
   MeetingPairs pairs;
-  for (size_t slot = rays.begin; slot < rays.begin + rays.count; slot += Lanes()) {
-    TestRays test_rays = LoadTestRays(task.batch, slot);
-    for (size_t i = 0; i < block.count; ++i) {
-      if (HWY_LIKELY(!TestPairs(test_rays, LoadTestTriangles<true>(block, i), pairs))) continue;
-      ForEachLane(pairs.lanes,
-                  [&](size_t lane) { TakePair<kQuery>(task, slot + lane, pairs, lane, i); });
-      test_rays.tfar = hn::Load(kFloat, task.batch.tfar + slot);
-    }
+  TestRays test_ray = BroadcastTestRay(task.batch, slot);
+  for (size_t i = 0; i < block.count; i += Lanes()) {
+    if (HWY_LIKELY(!TestPairs(test_ray, LoadTestTriangles<false>(block, i), pairs))) continue;
+    ForEachLane(pairs.lanes,
+                [&](size_t lane) { TakePair<kQuery>(task, slot, pairs, lane, i + lane); });
+    test_ray.tfar = hn::Set(kFloat, task.batch.tfar[slot]);
   }
 }
 
 /// One ray after the other against a vector of triangles at a time.
 template <Query kQuery>
 HWY_INLINE void TestByTriangles(const SolveTask& task, const RayBlock& rays) {
-  const TriangleBlock& block = task.scratch.triangles;
-  MeetingPairs pairs;
   for (size_t slot = rays.begin; slot < rays.begin + rays.count; ++slot) {
-    TestRays test_ray = BroadcastTestRay(task.batch, slot);
-    for (size_t i = 0; i < block.count; i += Lanes()) {
-      if (HWY_LIKELY(!TestPairs(test_ray, LoadTestTriangles<false>(block, i), pairs))) continue;
-      ForEachLane(pairs.lanes,
-                  [&](size_t lane) { TakePair<kQuery>(task, slot, pairs, lane, i + lane); });
-      test_ray.tfar = hn::Set(kFloat, task.batch.tfar[slot]);
-    }
+    TestRayByTriangles<kQuery>(task, slot);
+  }
+}
+
+/// Tests every ray of `rays` against every triangle in the scratch, in the way that takes fewer
+/// vectors.
+template <Query kQuery>
+HWY_INLINE void TestBlock(const SolveTask& task, const RayBlock& rays) {
+  const size_t triangles = task.scratch.triangles.count;
+  const size_t by_rays = hwy::DivCeil(rays.count, Lanes()) * triangles;
+  const size_t by_triangles = rays.count * hwy::DivCeil(triangles, Lanes());
+  if (by_triangles < by_rays) {
+    TestByTriangles<kQuery>(task, rays);
+  } else {
+    TestByRays<kQuery>(task, rays);
   }
 }
 
@@ -175,13 +204,7 @@ void SolveDirect(const SolveTask& task, const TriangleRange& triangles, const Ra
     GatherTriangles(
         task.meshes, count, [&](size_t i) -> const TriangleRef& { return task.refs[begin + i]; },
         block);
-    const size_t vectors_by_rays = hwy::DivCeil(rays.count, Lanes()) * count;
-    const size_t vectors_by_triangles = rays.count * hwy::DivCeil(count, Lanes());
-    if (vectors_by_triangles < vectors_by_rays) {
-      TestByTriangles<kQuery>(task, rays);
-    } else {
-      TestByRays<kQuery>(task, rays);
-    }
+    TestBlock<kQuery>(task, rays);
   }
 }
 

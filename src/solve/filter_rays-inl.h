@@ -12,8 +12,7 @@
 #include <optional>
 #include <span>
 
-#include "geometry/ray_box-inl.h"
-#include "rays/ray_batch.h"
+#include "rays/box_test-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -28,19 +27,21 @@ struct FilteredRays {
 /// Rays whose bits are written at once: whole bytes on every instruction set.
 HWY_INLINE size_t GroupRays() { return HWY_MAX(Lanes(), size_t{8}); }
 
-/// Copies the rays of `parents` that enter `bounds` within their tnear and tfar into a new block on
-/// top of the batch's stack. Nothing, and the stack as it was, if they do not fit: then the child
-/// has to be solved with the parent's rays, which is correct, only slower.
-inline std::optional<FilteredRays> FilterRays(RayBatch& batch, std::span<const RayBlock> parents,
-                                              const Box& bounds) {
+/// Copies the rays or packets of `parents` that enter `box` within their tnear and tfar into a new
+/// block on top of the batch's stack. Nothing, and the stack as it was, if they do not fit: then
+/// the child has to be solved with the parent's rays, which is correct, only slower.
+template <class Batch>
+inline std::optional<FilteredRays> FilterRays(Batch& batch, std::span<const RayBlock> parents,
+                                              const WideBox& box) {
   size_t bit_bytes = 0;
   for (const RayBlock& parent : parents) {
     bit_bytes += hwy::RoundUpTo(parent.count, GroupRays()) / 8;
   }
   if (batch.bits_top + bit_bytes > batch.bits_capacity) return std::nullopt;
-  const WideBox box = Widen(bounds.lower, bounds.upper);
   // Survivors are stored as whole vectors, with inactive lanes behind the last one.
   const size_t last_slot = batch.capacity - 2 * kMaxLanes;
+  constexpr size_t kTNear = Batch::kFields - 3, kTFar = Batch::kFields - 2;
+  const auto fields = Fields(batch);
   uint8_t* bits = batch.lane_bits + batch.bits_top;
   size_t out = batch.top;
   for (const RayBlock& parent : parents) {
@@ -48,34 +49,21 @@ inline std::optional<FilteredRays> FilterRays(RayBatch& batch, std::span<const R
       uint64_t group_bits = 0;
       if (out > last_slot) return std::nullopt;
       for (size_t lane = 0; lane < GroupRays(); lane += Lanes()) {
-        const size_t slot = parent.begin + group + lane;
-        V org[3], dir[3], reciprocal[3];
-        for (int axis = 0; axis < 3; ++axis) {
-          org[axis] = hn::Load(kFloat, batch.org[axis] + slot);
-          dir[axis] = hn::Load(kFloat, batch.dir[axis] + slot);
-          reciprocal[axis] = SafeReciprocal(dir[axis]);
-        }
-        const V tnear = hn::Load(kFloat, batch.tnear + slot);
-        const V tfar = hn::Load(kFloat, batch.tfar + slot);
-        const M enters = Enters(IntersectBox(box, org, reciprocal), tnear, tfar);
+        const auto values = LoadFields(fields, parent.begin + group + lane);
+        const M enters = Enters(IntersectFields(box, values), values[kTNear], values[kTFar]);
         const uint64_t vector_bits = Bits(enters);
         if (vector_bits == 0) continue;
         group_bits |= vector_bits << lane;
-        for (int axis = 0; axis < 3; ++axis) {
-          hn::StoreU(hn::Compress(org[axis], enters), kFloat, batch.org[axis] + out);
-          hn::StoreU(hn::Compress(dir[axis], enters), kFloat, batch.dir[axis] + out);
+        for (size_t i = 0; i < fields.size(); ++i) {
+          hn::StoreU(hn::Compress(values[i], enters), kFloat, fields[i] + out);
         }
-        hn::StoreU(hn::Compress(tnear, enters), kFloat, batch.tnear + out);
-        hn::StoreU(hn::Compress(tfar, enters), kFloat, batch.tfar + out);
-        const auto index = hn::Load(kUint, batch.index + slot);
-        hn::StoreU(hn::Compress(index, hn::RebindMask(kUint, enters)), kUint, batch.index + out);
         out += hwy::PopCount(vector_bits);
       }
       memcpy(bits, &group_bits, GroupRays() / 8);
       bits += GroupRays() / 8;
     }
   }
-  PadWithInactiveRays(batch, out);
+  PadWithInactive(batch, out);
 
   const FilteredRays filtered{{batch.top, out - batch.top}, batch.bits_top};
   batch.top = hwy::RoundUpTo(out, kMaxLanes);
@@ -101,7 +89,8 @@ HWY_INLINE size_t StoreExpanded(uint64_t lanes, const float* values, float* out)
 
 /// Writes the distances of the filtered rays back to their parents, and takes their block off the
 /// stack. What stands on top of it must have been taken off before.
-inline void ReturnDistances(RayBatch& batch, std::span<const RayBlock> parents,
+template <class Batch>
+inline void ReturnDistances(Batch& batch, std::span<const RayBlock> parents,
                             const FilteredRays& filtered) {
   const uint8_t* bits = batch.lane_bits + filtered.lane_bits;
   const float* values = batch.tfar + filtered.block.begin;

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 
 #include "rays/store_hits-inl.h"
+#include "solve/solve_kept-inl.h"
 #include "solve/solve_objects-inl.h"
 #include "solve/solve_space-inl.h"
 
@@ -15,7 +16,9 @@ namespace {
 
 template <Query kQuery>
 void SolveFor(const SolveTask& task, const TriangleRange& triangles, const RayBlock& rays) {
-  if (task.settings.algorithm == Algorithm::kMora2011) {
+  if (task.kept) {
+    KeptSolver<kQuery>(task).Solve(rays);
+  } else if (task.settings.algorithm == Algorithm::kMora2011) {
     SpaceSolver<kQuery>(task).Solve(triangles, rays);
   } else {
     ObjectSolver<kQuery>(task).Solve(triangles, rays, 1);

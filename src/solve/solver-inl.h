@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "partition/choose_split-inl.h"
 #include "partition/partition_triangles-inl.h"
@@ -71,19 +72,23 @@ class Solver {
                  : HalveTriangles(task_.refs.data(), triangles);
   }
 
-  /// Filters the rays of `parents` by `bounds`, calls `solve(block)` with those that are left, and
-  /// returns their distances. False, and nothing done, if there is no room for them.
-  template <class Solve>
-  bool WithFilteredRays(std::span<const RayBlock> parents, const Box& bounds,
+  /// Filters the rays or packets of `parents` by `box`, calls `solve(block)` with those that are
+  /// left, and returns their distances. False, and nothing done, if there is no room for them.
+  template <class Batch, class Solve>
+  bool WithFilteredRays(Batch& batch, std::span<const RayBlock> parents, const WideBox& box,
                         const Solve& solve) const {
     std::optional<FilteredRays> filtered;
     {
       const StepClock::Charge charge(task_.clock, Step::kFiltering);
-      filtered = FilterRays(task_.batch, parents, bounds);
+      filtered = FilterRays(batch, parents, box);
     }
     size_t tested = 0;
     for (const RayBlock& parent : parents) tested += parent.count;
-    task_.statistics.box_tests += tested;
+    if constexpr (std::is_same_v<Batch, PacketBatch>) {
+      task_.statistics.packet_tests += tested;
+    } else {
+      task_.statistics.box_tests += tested;
+    }
     if (!filtered) {
       ++task_.statistics.filters_skipped;
       return false;
@@ -92,8 +97,14 @@ class Solver {
     task_.statistics.rays_filtered += tested - filtered->block.count;
     if (filtered->block.count > 0) solve(filtered->block);
     const StepClock::Charge charge(task_.clock, Step::kFiltering);
-    ReturnDistances(task_.batch, parents, *filtered);
+    ReturnDistances(batch, parents, *filtered);
     return true;
+  }
+
+  template <class Solve>
+  bool WithFilteredRays(std::span<const RayBlock> parents, const Box& bounds,
+                        const Solve& solve) const {
+    return WithFilteredRays(task_.batch, parents, Widen(bounds.lower, bounds.upper), solve);
   }
 
   const SolveTask& task_;

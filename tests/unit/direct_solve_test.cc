@@ -87,7 +87,9 @@ class Solver {
         hwy::DivCeil(rays.size(), block_rays) * hwy::RoundUpTo(block_rays, kMaxLanes) + kMaxLanes,
         rays.size());
     const Settings settings;
-    const SolveTask task{table_, settings, refs, memory.batch, *scratch_, statistics, clock_};
+    PacketBatch no_packets{};
+    const SolveTask task{table_,    settings,   refs,   memory.batch, no_packets,
+                         *scratch_, statistics, clock_, nullptr};
     std::vector<Answer> answers;
     for (size_t first = 0; first < rays.size(); first += block_rays) {
       const RayBlock block = memory.Push(rays.subspan(first, block_rays), first);

@@ -13,6 +13,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
+
+std::optional<FilteredRays> FilterByBox(RayBatch& batch, std::span<const RayBlock> parents,
+                                        const Box& box) {
+  return FilterRays(batch, parents, Widen(box.lower, box.upper));
+}
 namespace {
 
 using unit::BatchMemory;
@@ -100,7 +105,7 @@ void KeepsSurvivorsInOrder() {
       memory.Push(RandomRays(random, 0));
       const RayBlock parent = memory.Push(RandomRays(random, count));
       const auto survivors = Survivors(batch, parent, box);
-      const auto filtered = FilterRays(batch, One(parent), box);
+      const auto filtered = FilterByBox(batch, One(parent), box);
       ASSERT_TRUE(filtered.has_value());
       ExpectFiltered(batch, *filtered, survivors);
       kept += survivors.size();
@@ -120,7 +125,7 @@ void AllOrNoneSurvive() {
     for (Ray& ray : rays) ray.tfar = 20;
     const RayBlock parent = memory.Push(rays);
     for (const Box& box : {all, none}) {
-      const auto filtered = FilterRays(memory.batch, One(parent), box);
+      const auto filtered = FilterByBox(memory.batch, One(parent), box);
       ASSERT_TRUE(filtered.has_value());
       ASSERT_EQ(filtered->block.count, box.lower[0] < 0 ? count : 0);
       ExpectFiltered(memory.batch, *filtered, Survivors(memory.batch, parent, box));
@@ -139,7 +144,7 @@ void DistancesComeBackThroughTheBits() {
     const RayBlock parent = memory.Push(RandomRays(random, count));
     const size_t top = batch.top, bits_top = batch.bits_top;
     std::vector<float> expected(batch.tfar + parent.begin, batch.tfar + parent.begin + count);
-    const auto filtered = FilterRays(batch, One(parent), box);
+    const auto filtered = FilterByBox(batch, One(parent), box);
     ASSERT_TRUE(filtered.has_value());
     for (size_t i = 0; i < filtered->block.count; ++i) {
       const size_t slot = filtered->block.begin + i;
@@ -165,7 +170,7 @@ void FilterDeeper(Random& random, RayBatch& batch, const RayBlock& parent, int d
   for (int child = 0; child < 2; ++child) {
     const Box box = RandomBox(random, 2);
     const auto survivors = Survivors(batch, parent, box);
-    const auto filtered = FilterRays(batch, One(parent), box);
+    const auto filtered = FilterByBox(batch, One(parent), box);
     ASSERT_TRUE(filtered.has_value());
     ExpectFiltered(batch, *filtered, survivors);
     FilterDeeper(random, batch, filtered->block, depth - 1, expected);
@@ -212,7 +217,7 @@ void WhatDoesNotFitLeavesTheStackAsItWas() {
         std::vector<float> tfar(batch.tfar, batch.tfar + count);
         const auto survivors = Survivors(batch, parent, box);
         const size_t top = batch.top, bits_top = batch.bits_top;
-        const auto filtered = FilterRays(batch, One(parent), box);
+        const auto filtered = FilterByBox(batch, One(parent), box);
         if (filtered) {
           ++done;
           ExpectFiltered(batch, *filtered, survivors);
@@ -245,7 +250,7 @@ void SeveralParentsBecomeOneBlock() {
       for (const size_t slot : Survivors(batch, parents.back(), box)) survivors.push_back(slot);
     }
     const std::vector<float> before(batch.tfar, batch.tfar + batch.top);
-    const auto filtered = FilterRays(batch, parents, box);
+    const auto filtered = FilterByBox(batch, parents, box);
     ASSERT_TRUE(filtered.has_value());
     ExpectFiltered(batch, *filtered, survivors);
     for (size_t i = 0; i < survivors.size(); ++i) {
@@ -271,10 +276,10 @@ void WithoutRoomForTheBitsTheStackStays() {
   const size_t top = batch.top;
   batch.bits_capacity = 2 * ((70 + kMaxLanes - 1) / kMaxLanes * kMaxLanes / 8);
   batch.bits_top = 0;
-  ASSERT_TRUE(FilterRays(batch, One(parent), box).has_value());
+  ASSERT_TRUE(FilterByBox(batch, One(parent), box).has_value());
   const size_t first_top = batch.top;
   batch.bits_top = batch.bits_capacity - 1;
-  EXPECT_FALSE(FilterRays(batch, One(parent), box).has_value());
+  EXPECT_FALSE(FilterByBox(batch, One(parent), box).has_value());
   EXPECT_EQ(batch.top, first_top);
   EXPECT_GT(first_top, top);
   EXPECT_EQ(batch.bits_top, batch.bits_capacity - 1);
@@ -294,7 +299,7 @@ void InactiveLanesNeverSurvive() {
         memory.batch.dir[axis][slot] = junk[random.Below(5)];
       }
     }
-    const auto filtered = FilterRays(memory.batch, One(parent), everything);
+    const auto filtered = FilterByBox(memory.batch, One(parent), everything);
     ASSERT_TRUE(filtered.has_value());
     ASSERT_EQ(filtered->block.count, count);
   }

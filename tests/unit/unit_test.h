@@ -262,7 +262,7 @@ class BatchMemory {
       batch.ray_masks[number + i] = rays[i].mask;
       batch.hits[number + i] = {Hit::kNone, Hit::kNone};
     }
-    PadWithInactiveRays(batch, block.begin + rays.size());
+    PadWithInactive(batch, block.begin + rays.size());
     batch.top = (block.begin + rays.size() + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
     return block;
   }

@@ -37,10 +37,23 @@ std::vector<Array> ArraysOf(const Workspace& workspace, const WorkspaceShape& sh
   add("lane_bits", batch.lane_bits, batch.bits_capacity);
   add("hits", batch.hits, shape.rays);
   add("ray_masks", batch.ray_masks, shape.rays);
-  for (float* axis : batch.cones.axis) add("cones.axis", axis, shape.packets);
-  add("cones.tangent", batch.cones.tangent, shape.packets);
-  add("cones.longest", batch.cones.longest, shape.packets);
-  add("cones.reach", batch.cones.reach, shape.packets);
+  for (float* axis : batch.cones.axis) add("cones.axis", axis, shape.cones);
+  add("cones.tangent", batch.cones.tangent, shape.cones);
+  add("cones.longest", batch.cones.longest, shape.cones);
+  add("cones.reach", batch.cones.reach, shape.cones);
+  const PacketBatch& packets = workspace.packets();
+  for (float* field : packets.org_lower) add("packets.org_lower", field, packets.capacity);
+  for (float* field : packets.org_upper) add("packets.org_upper", field, packets.capacity);
+  for (float* field : packets.reciprocal_lower) {
+    add("packets.reciprocal_lower", field, packets.capacity);
+  }
+  for (float* field : packets.reciprocal_upper) {
+    add("packets.reciprocal_upper", field, packets.capacity);
+  }
+  add("packets.tnear", packets.tnear, packets.capacity);
+  add("packets.tfar", packets.tfar, packets.capacity);
+  add("packets.index", packets.index, packets.capacity);
+  add("packets.lane_bits", packets.lane_bits, packets.bits_capacity);
   add("packets", batch.packets.data(), batch.packets.size());
   return arrays;
 }
@@ -60,7 +73,8 @@ TEST(WorkspaceTest, ArraysFitTheFormulaAndDoNotOverlap) {
     for (const std::size_t triangles : {1u, 2u, 3u, 7u, 1000u, 4097u}) {
       for (const std::size_t rays : {1u, 2u, 15u, 16u, 17u, 63u, 64u, 65u, 1000u, 4095u, 30001u}) {
         Workspace workspace;
-        const WorkspaceShape shape(triangles, rays, settings);
+        const bool keeps = triangles % 2 == 1;
+        const WorkspaceShape shape(triangles, rays, keeps, settings);
         workspace.Reserve(shape);
         ASSERT_EQ(workspace.bytes(), shape.Bytes());
         std::vector<Array> arrays = ArraysOf(workspace, shape);
@@ -87,7 +101,7 @@ TEST(WorkspaceTest, HasRoomForThePieceAndItsSurvivors) {
   for (const Settings& settings : SettingsOfEveryAlgorithm()) {
     for (const std::size_t rays : {1u, 17u, 5000u}) {
       Workspace workspace;
-      workspace.Reserve(WorkspaceShape(100, rays, settings));
+      workspace.Reserve(WorkspaceShape(100, rays, false, settings));
       EXPECT_GE(workspace.batch().capacity, 2 * rays + kMaxLanes);
       EXPECT_EQ(workspace.batch().capacity % kMaxLanes, 0u);
       EXPECT_GE(8 * workspace.batch().bits_capacity, workspace.batch().capacity);
@@ -102,12 +116,12 @@ TEST(WorkspaceTest, GrowsAndDoesNotShrink) {
   const Settings settings;
   Workspace workspace;
   EXPECT_EQ(workspace.bytes(), 0u);
-  workspace.Reserve(WorkspaceShape(10, 100, settings));
+  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
   const std::size_t small = workspace.bytes();
-  workspace.Reserve(WorkspaceShape(1000, 100, settings));
+  workspace.Reserve(WorkspaceShape(1000, 100, false, settings));
   const std::size_t large = workspace.bytes();
   EXPECT_GT(large, small);
-  workspace.Reserve(WorkspaceShape(10, 100, settings));
+  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
   EXPECT_EQ(workspace.bytes(), large);
   EXPECT_EQ(workspace.refs().size(), 10u);
 }
@@ -143,20 +157,20 @@ constexpr std::size_t kMegabyte = std::size_t{1} << 20;
 TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
   const Settings settings;
   Workspace workspace;
-  workspace.Reserve(WorkspaceShape(10, 100, settings));
+  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
   {
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(workspace.Reserve(WorkspaceShape(10, 50000000, settings)), std::bad_alloc);
+    EXPECT_THROW(workspace.Reserve(WorkspaceShape(10, 50000000, false, settings)), std::bad_alloc);
     EXPECT_EQ(workspace.bytes(), 0u) << "empty, as promised";
   }
-  workspace.Reserve(WorkspaceShape(10, 100, settings));
+  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
   std::memset(workspace.refs().data(), 0, workspace.refs().size_bytes());
 }
 
 TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
   const Settings settings;
-  const WorkspaceShape small(10, 100, settings), large(5000, 100, settings);
+  const WorkspaceShape small(10, 100, false, settings), large(5000, 100, false, settings);
   WorkspacePool pool;
   EXPECT_EQ(pool.BytesHeld(), 0u);
   {
@@ -187,10 +201,10 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   WorkspacePool pool;
   {
     WorkspacePool::Loan loan(pool);
-    loan.Reserve(WorkspaceShape(10, 100, settings));
+    loan.Reserve(WorkspaceShape(10, 100, false, settings));
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(loan.Reserve(WorkspaceShape(10, 50000000, settings)), std::bad_alloc);
+    EXPECT_THROW(loan.Reserve(WorkspaceShape(10, 50000000, false, settings)), std::bad_alloc);
     EXPECT_EQ(pool.BytesHeld(), 0u);
   }
   pool.ReleaseIdle();
@@ -199,7 +213,7 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
 
 TEST(WorkspacePoolTest, ManyThreadsShareIt) {
   const Settings settings;
-  const WorkspaceShape shape(100, 100, settings);
+  const WorkspaceShape shape(100, 100, false, settings);
   WorkspacePool pool;
   std::vector<std::thread> threads;
   for (unsigned char t = 0; t < 8; ++t) {

@@ -1,0 +1,47 @@
+#include "engine/call_plan.h"
+
+#include <algorithm>
+
+namespace dacrt {
+namespace {
+
+/// Rays of a piece over a kept partition. Their arrays, 5 MB, stay in a third-level cache, and
+/// their records are still there when the hits are stored. In a hall of 268,000 triangles primary
+/// rays took 55 ns each in pieces of 32,768, 49 in pieces of 65,536; diffuse rays 229 ns in pieces
+/// of 16,384, 182 in 65,536, 180 in 262,144.
+constexpr std::size_t kKeptPieceRays = 65536;
+
+/// Pieces a thread, so that threads end together; but none so small that threads are busier with
+/// pieces than with rays.
+constexpr std::size_t kPiecesAThread = 4;
+constexpr std::size_t kLeastShare = 1024;
+
+/// Below this a piece is not worth its call, and there is nothing to gain: the constant part of the
+/// workspace is larger.
+constexpr std::size_t kLeastPieceRays = 1024;
+
+}  // namespace
+
+CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings)
+    : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)), workers(1), can_shrink_(keeps) {
+  if (!keeps) return;
+  piece_rays = std::min(piece_rays, kKeptPieceRays);
+  if (threads == 1) return;
+  const std::size_t share = rays / (threads * kPiecesAThread);
+  piece_rays = std::min(piece_rays, std::max(share, kLeastShare));
+  workers = std::min(threads, PieceCount(rays));
+}
+
+bool CallPlan::Shrink() {
+  // Without a kept partition smaller pieces would each partition anew.
+  if (!can_shrink_) return false;
+  if (workers > 1) {
+    workers = 1;
+    return true;
+  }
+  if (piece_rays <= kLeastPieceRays) return false;
+  piece_rays = std::max(piece_rays / 4, kLeastPieceRays);
+  return true;
+}
+
+}  // namespace dacrt

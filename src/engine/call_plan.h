@@ -1,0 +1,28 @@
+// How a call is cut into pieces, and how many threads work on them.
+#pragma once
+
+#include <cstddef>
+
+#include "dacrt/settings.h"
+#include "runtime/workspace.h"
+
+namespace dacrt {
+
+struct CallPlan {
+  /// For `rays` rays on a device with `threads` threads.
+  CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings);
+
+  /// The next best plan for less memory: fewer threads, then smaller pieces. False if there is
+  /// none.
+  bool Shrink();
+
+  std::size_t PieceCount(std::size_t rays) const { return (rays + piece_rays - 1) / piece_rays; }
+
+  std::size_t piece_rays;
+  std::size_t workers;  ///< threads that each need a workspace
+
+ private:
+  bool can_shrink_;
+};
+
+}  // namespace dacrt

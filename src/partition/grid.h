@@ -1,0 +1,48 @@
+// The memory in which a large subset is sorted into the cells of a grid.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/triangle_refs.h"
+#include "geometry/wide_node.h"
+#include "runtime/pages.h"
+
+namespace dacrt {
+
+class Grid {
+ public:
+  /// Fine enough that the planes between cells are as good as bins, and few enough that the cells
+  /// stay in a cache of a mebibyte.
+  static constexpr uint32_t kMostCellsAnAxis = 32;
+  static constexpr std::size_t kMostNodes = 8 * 1024;
+
+  /// Throws std::bad_alloc.
+  explicit Grid(std::size_t triangles);
+
+  /// Bytes of a grid for `triangles` triangles.
+  static std::size_t Bytes(std::size_t triangles);
+
+  std::size_t CellCount() const {
+    return std::size_t{cells_an_axis} * cells_an_axis * cells_an_axis;
+  }
+
+  /// Ranges of cells.
+  struct CellRange {
+    uint32_t begin;
+    uint32_t end;
+  };
+
+  uint32_t cells_an_axis;  ///< not more cells than triangles
+  TriangleRef* cells;      ///< bounds, `primitive` is the cell's number, `mesh` its triangles
+  uint32_t* place;         ///< by the cell's number: where its next triangle goes
+  WideNode* nodes;         ///< over the cells; kMostNodes
+  CellRange* subsets;      ///< that the cells became
+  uint32_t* triangles;     ///< a copy, in the old order
+  uint16_t* cell_of;       ///< of each triangle, in the old order
+
+ private:
+  Pages memory_;
+};
+
+}  // namespace dacrt

@@ -1,0 +1,26 @@
+// A block of memory straight from the system.
+#pragma once
+
+#include <cstddef>
+
+namespace dacrt {
+
+/// Pages of zeros, which take memory only once they are touched and all go back at the end.
+class Pages {
+ public:
+  Pages() = default;
+  /// Throws std::bad_alloc.
+  explicit Pages(std::size_t bytes);
+  ~Pages();
+  Pages(Pages&& other) noexcept;
+  Pages& operator=(Pages&& other) noexcept;
+
+  std::byte* data() const { return data_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  std::byte* data_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace dacrt

@@ -1,0 +1,36 @@
+#include "runtime/tasks.h"
+
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+namespace dacrt {
+
+struct TaskPool::Arena {
+  explicit Arena(std::size_t threads) : arena(static_cast<int>(threads)) {}
+  tbb::task_arena arena;
+};
+
+TaskPool::TaskPool(std::size_t threads)
+    : threads_(threads == 0 ? static_cast<std::size_t>(tbb::info::default_concurrency()) : threads),
+      arena_(std::make_unique<Arena>(threads_)) {}
+
+TaskPool::~TaskPool() = default;
+
+void TaskPool::ForEach(std::size_t count, const std::function<void(std::size_t)>& body) {
+  if (count == 1 || threads_ == 1) {
+    // Without the arena, which would wait for its turn where many threads call.
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  arena_->arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, count, 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+        },
+        tbb::simple_partitioner());
+  });
+}
+
+}  // namespace dacrt

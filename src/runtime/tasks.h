@@ -1,0 +1,31 @@
+// Threads. The only place that knows oneTBB.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace dacrt {
+
+/// The threads of a device, shared by all calls. Threads: any number may use a pool at once.
+class TaskPool {
+ public:
+  /// At most `threads` at once, those of the callers included; 0: as many as the machine has.
+  explicit TaskPool(std::size_t threads);
+  ~TaskPool();
+  TaskPool(const TaskPool&) = delete;
+  TaskPool& operator=(const TaskPool&) = delete;
+
+  std::size_t threads() const { return threads_; }
+
+  /// Calls body(0) to body(count - 1), on several threads, and returns when all are done. One of
+  /// them throws what a body throws.
+  void ForEach(std::size_t count, const std::function<void(std::size_t)>& body);
+
+ private:
+  struct Arena;
+  std::size_t threads_;
+  std::unique_ptr<Arena> arena_;
+};
+
+}  // namespace dacrt
