@@ -79,6 +79,7 @@ void Set(Settings& settings, const std::string& name, const std::string& value) 
 
 Settings ParseSettings(const std::vector<std::string>& assignments) {
   Settings settings;
+  settings.budget = 0;  // the published methods keep nothing between calls
   for (const std::string& assignment : assignments) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <iostream>
@@ -56,6 +57,33 @@ TEST_P(SceneTest, AnswersAreEmbrees) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SceneTest, testing::ValuesIn(SceneNames()),
                          [](const auto& name) { return name.param; });
+
+/// What changes how an answer is found: what is kept, threads, pieces, instruction sets.
+class ConfigTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(ConfigTest, AnswersAreEmbrees) {
+  constexpr std::size_t kRaysAScene = 60'000;
+  const Devices devices(GetParam(), {"isa=avx2"});
+  Report report;
+  for (const char* const name : {"hall", "soup", "masks", "coincident"}) {
+    const TestScene scene = MakeScene(name);
+    Contest contest(devices, scene, report);
+    contest.CompareEverything(kRaysAScene, kSeed, [](const std::string&) {});
+  }
+  Check(report);
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, ConfigTest,
+                         testing::Values("dacrt_budget=0", "dacrt_budget=unlimited",
+                                         "dacrt_budget=100000", "threads=1", "threads=2",
+                                         "threads=8", "threads=8,dacrt_budget=0", "isa=sse2",
+                                         "isa=ssse3", "isa=sse4.2", "isa=avx2", "isa=avx512"),
+                         [](const auto& config) {
+                           std::string name = config.param;
+                           std::ranges::replace_if(
+                               name, [](char c) { return !std::isalnum(c); }, '_');
+                           return name;
+                         });
 
 std::vector<Form> AllForms() {
   std::vector<Form> forms = StreamForms();

@@ -33,6 +33,30 @@ std::size_t FirstDifference(std::span<const RTCRayHit> a, std::span<const RTCRay
   return a.size();
 }
 
+/// What the method is made of, and what changes only where, when and how fast it works.
+std::vector<std::string> AllConfigs() {
+  std::vector<std::string> configs = {"dacrt_algorithm=afra2012", "dacrt_algorithm=mora2011"};
+  // Without a kept partition every constant of the method counts.
+  for (const char* const config :
+       {"dacrt_piece_rays=64", "dacrt_piece_rays=1000", "dacrt_leaf_triangles=1",
+        "dacrt_leaf_triangles=64", "dacrt_leaf_rays=1", "dacrt_leaf_rays=1024", "dacrt_bins=2",
+        "dacrt_bins=8", "dacrt_bins=32", "dacrt_sample_rays=1", "dacrt_sample_rays=1024",
+        "dacrt_sample_threshold=1", "dacrt_sample_threshold=1000000", "dacrt_sampled_cost=0",
+        "dacrt_sampled_order=0", "dacrt_skip_filtering=0",
+        "dacrt_bins=3,dacrt_leaf_triangles=5,dacrt_leaf_rays=2,dacrt_piece_rays=777"}) {
+    configs.push_back(std::string("dacrt_budget=0,") + config);
+  }
+  for (const char* const budget : {"0", "20000", "70000", "default", "unlimited"}) {
+    for (const char* const threads : {"1", "2", "8"}) {
+      for (const char* const piece : {"64", "1000", "4194304"}) {
+        configs.push_back(std::string("dacrt_budget=") + budget + ",threads=" + threads +
+                          ",dacrt_piece_rays=" + piece);
+      }
+    }
+  }
+  return configs;
+}
+
 class DeterminismTest : public testing::TestWithParam<const char*> {
  protected:
   const TestScene scene_ = MakeScene(GetParam());
@@ -42,7 +66,8 @@ class DeterminismTest : public testing::TestWithParam<const char*> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Scenes, DeterminismTest,
-                         testing::Values("coincident", "coplanar", "boxes", "masks", "soup"),
+                         testing::Values("coincident", "coplanar", "boxes", "masks", "soup",
+                                         "terrain"),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST_P(DeterminismTest, OrderOfTheRays) {
@@ -104,14 +129,7 @@ TEST_P(DeterminismTest, FormOfTheCall) {
 
 TEST_P(DeterminismTest, Settings) {
   const EmbreeScene& expected_scene = drop_in_;
-  for (const char* const config :
-       {"dacrt_piece_rays=64", "dacrt_piece_rays=1000", "dacrt_leaf_triangles=1",
-        "dacrt_leaf_triangles=64", "dacrt_leaf_rays=1", "dacrt_leaf_rays=1024", "dacrt_bins=2",
-        "dacrt_bins=8", "dacrt_bins=32", "dacrt_sample_rays=1", "dacrt_sample_rays=1024",
-        "dacrt_sample_threshold=1", "dacrt_sample_threshold=1000000", "dacrt_algorithm=afra2012",
-        "dacrt_algorithm=mora2011", "dacrt_sampled_cost=0", "dacrt_sampled_order=0",
-        "dacrt_skip_filtering=0",
-        "dacrt_bins=3,dacrt_leaf_triangles=5,dacrt_leaf_rays=2,dacrt_piece_rays=777"}) {
+  for (const std::string& config : AllConfigs()) {
     const EmbreeDevice device(DropIn(), config);
     const EmbreeScene scene(device, scene_);
     for (const Query query : {Query::kClosest, Query::kAny}) {
