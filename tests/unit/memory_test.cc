@@ -1,6 +1,6 @@
-// The promise about memory: a call takes no more than Scene::WorkspaceBytes says, counted in three
-// ways: what the device says that it holds, what goes through operator new, and what the system
-// says of the process.
+// The promise about memory: a call takes no more than Scene::WorkspaceBytes says, and a scene no
+// more than Scene::KeptBytes, counted in three ways: what the device says that it holds, what goes
+// through operator new, and what the system says of the process.
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -13,6 +13,7 @@
 #include <string>
 
 #include "dacrt/dacrt.h"
+#include "partition/grid.h"
 #include "unit_test.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -66,6 +67,9 @@ using unit::Ray;
 constexpr std::size_t kHeapAllowance = 4 * 1024;
 constexpr std::size_t kProcessAllowance = 512 * 1024;
 
+/// Each thread more has its list of workspaces, its counters and its tasks.
+std::size_t HeapAllowance(std::size_t threads) { return kHeapAllowance * threads; }
+
 /// A line of /proc/self/status in bytes; 0 if there is none.
 std::size_t StatusBytes(const std::string& key) {
   std::FILE* file = std::fopen("/proc/self/status", "r");
@@ -94,6 +98,8 @@ struct Case {
   std::size_t triangles;
   std::size_t rays;
   uint32_t piece_rays;
+  uint64_t budget = 0;
+  uint32_t threads = 1;
 };
 
 class MemoryTest : public testing::TestWithParam<Case> {};
@@ -104,35 +110,58 @@ TEST_P(MemoryTest, ACallTakesNoMoreThanTheFormulaSays) {
   const Mesh mesh = unit::MakeSoup(random, parameters.triangles, 1, 0.05f);
   const TriangleMesh mesh_view = mesh.View();
   auto rays = unit::MakeRays(random, parameters.rays, 1);
+  const auto before = rays;
   const RayView view = ViewOf(rays);
 
   Settings settings;
   settings.algorithm = parameters.algorithm;
   settings.piece_rays = parameters.piece_rays;
+  settings.budget = parameters.budget;
+  settings.threads = parameters.threads;
   const auto device = std::make_shared<Device>(settings);
-  const Scene scene(device, {&mesh_view, 1});
-  const std::size_t promised = scene.WorkspaceBytes(parameters.rays);
-  EXPECT_EQ(promised, device->WorkspaceBytes(parameters.triangles, parameters.rays));
+  // A device like it starts the threads, whose stacks belong to no call.
+  if (parameters.threads > 1) {
+    Scene(std::make_shared<Device>(settings), {&mesh_view, 1}).Trace(parameters.query, view);
+    rays = before;
+  }
 
+  // The triangles of a partition are listed when the scene is made; the rest of it grows while rays
+  // are traced. Both count.
   const bool has_peak = ResetPeak();
   const std::size_t process_before = StatusBytes("VmRSS:");
   const std::size_t heap_before = heap_bytes;
-  heap_peak = heap_before;
+  const Scene scene(device, {&mesh_view, 1});
+  const std::size_t promised = scene.WorkspaceBytes(parameters.rays);
+  const std::size_t kept = scene.KeptBytes();
+  EXPECT_EQ(promised, device->WorkspaceBytes(parameters.triangles, parameters.rays));
+  EXPECT_EQ(kept > 0, parameters.budget > 0);
+  EXPECT_LE(kept, parameters.budget);
+  const std::size_t heap_of_scene = heap_bytes - heap_before;
+  heap_peak = heap_bytes.load();
   scene.Trace(parameters.query, view);
   const std::size_t heap_after = heap_peak;
   const std::size_t process_peak = StatusBytes("VmHWM:");
 
-  EXPECT_EQ(device->WorkspaceBytesHeld(), promised);
+  // Beside the workspaces a call over a partition has grids, which are gone when it returns.
+  const std::size_t held = device->WorkspaceBytesHeld();
+  EXPECT_GT(held, 0u);
+  if (kept == 0) {
+    EXPECT_EQ(held, promised);
+  } else {
+    EXPECT_EQ(held, promised - Grid::Bytes(parameters.triangles));
+  }
+  EXPECT_LE(scene.KeptBytesUsed(), kept);
   if (DACRT_TEST_SANITIZED) return;
+  EXPECT_LE(heap_of_scene, kHeapAllowance);
   EXPECT_GE(heap_after, heap_before);
-  EXPECT_LE(heap_after - heap_before, kHeapAllowance);
+  EXPECT_LE(heap_after - heap_before, HeapAllowance(parameters.threads));
   if (has_peak && process_peak > 0) {
-    EXPECT_LE(process_peak, process_before + promised + kProcessAllowance);
+    EXPECT_LE(process_peak, process_before + promised + kept + kProcessAllowance);
   }
 
-  // The workspace is kept and serves calls that need no more without another byte.
+  // The workspaces are kept and serve calls that need no more without another byte.
   scene.Trace(parameters.query, view);
-  EXPECT_EQ(device->WorkspaceBytesHeld(), promised);
+  EXPECT_EQ(device->WorkspaceBytesHeld(), held);
   device->ReleaseIdleWorkspaces();
   EXPECT_EQ(device->WorkspaceBytesHeld(), 0u);
 }
@@ -141,13 +170,28 @@ constexpr uint32_t kOnePiece = 1u << 30;
 
 INSTANTIATE_TEST_SUITE_P(
     Calls, MemoryTest,
-    testing::Values(Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece},
-                    Case{Algorithm::kNabata2013, Query::kAny, 100000, 200000, kOnePiece},
-                    Case{Algorithm::kNabata2013, Query::kClosest, 1000, 200000, 1000},
-                    Case{Algorithm::kNabata2013, Query::kClosest, 100000, 10, kOnePiece},
-                    Case{Algorithm::kNabata2013, Query::kClosest, 1, 1, 64},
-                    Case{Algorithm::kAfra2012, Query::kClosest, 30000, 100000, kOnePiece},
-                    Case{Algorithm::kMora2011, Query::kClosest, 30000, 100000, kOnePiece}),
+    testing::Values(
+        // Nothing is kept.
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece},
+        Case{Algorithm::kNabata2013, Query::kAny, 100000, 200000, kOnePiece},
+        Case{Algorithm::kNabata2013, Query::kClosest, 1000, 200000, 1000},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 10, kOnePiece},
+        Case{Algorithm::kNabata2013, Query::kClosest, 1, 1, 64},
+        Case{Algorithm::kAfra2012, Query::kClosest, 30000, 100000, kOnePiece},
+        Case{Algorithm::kMora2011, Query::kClosest, 30000, 100000, kOnePiece},
+        // A kept partition: of every size, and less of it than there could be.
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget},
+        Case{Algorithm::kNabata2013, Query::kAny, 100000, 200000, kOnePiece, kDefaultBudget},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kUnlimitedBudget},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, 500000},
+        Case{Algorithm::kNabata2013, Query::kClosest, 1000, 200000, 1000, kDefaultBudget},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 10, kOnePiece, kDefaultBudget},
+        Case{Algorithm::kNabata2013, Query::kClosest, 1, 1, 64, kDefaultBudget},
+        // Several threads, each with a workspace.
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget, 2},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget, 8},
+        Case{Algorithm::kNabata2013, Query::kAny, 100000, 3000, kOnePiece, kUnlimitedBudget, 8},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, 0, 8}),
     [](const auto& info) {
       const Case& c = info.param;
       return std::string(Name(c.algorithm)) + (c.query == Query::kAny ? "Any" : "Closest") +
@@ -155,19 +199,25 @@ INSTANTIATE_TEST_SUITE_P(
              std::to_string(info.index);
     });
 
-// As many workspaces as there were calls at once, each for its own size: here there is one.
+// As many workspaces as there were threads at once, each for its own size: here there is one.
 TEST(MemoryGrowthTest, AWorkspaceGrowsToTheLargestCall) {
   Random random(2);
   const Mesh mesh = unit::MakeSoup(random, 1000, 1, 0.1f);
   const TriangleMesh mesh_view = mesh.View();
-  const auto device = std::make_shared<Device>();
-  const Scene scene(device, {&mesh_view, 1});
-  std::size_t largest = 0;
-  for (const std::size_t count : {10u, 5000u, 100u, 20000u, 1u}) {
-    auto rays = unit::MakeRays(random, count, 1);
-    scene.Trace(Query::kAny, ViewOf(rays));
-    largest = std::max(largest, scene.WorkspaceBytes(count));
-    EXPECT_EQ(device->WorkspaceBytesHeld(), largest);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    settings.threads = 1;
+    const auto device = std::make_shared<Device>(settings);
+    const Scene scene(device, {&mesh_view, 1});
+    const std::size_t grid = budget == 0 ? 0 : Grid::Bytes(mesh.triangles.size());
+    std::size_t largest = 0;
+    for (const std::size_t count : {10u, 5000u, 100u, 20000u, 1u}) {
+      auto rays = unit::MakeRays(random, count, 1);
+      scene.Trace(Query::kAny, ViewOf(rays));
+      largest = std::max(largest, scene.WorkspaceBytes(count) - grid);
+      EXPECT_EQ(device->WorkspaceBytesHeld(), largest);
+    }
   }
 }
 

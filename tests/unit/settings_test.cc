@@ -42,6 +42,7 @@ const std::vector<Number> kNumbers = {
     {"leaf_triangles", &Settings::leaf_triangles, 1, 64},
     {"leaf_rays", &Settings::leaf_rays, 1, 1024},
     {"piece_rays", &Settings::piece_rays, 64, 1u << 30},
+    {"threads", &Settings::threads, 0, 1024},
 };
 
 TEST(SettingsTest, DefaultsAreLegal) { EXPECT_NO_THROW(Validate(Settings())); }
@@ -61,7 +62,7 @@ TEST(SettingsTest, WhatIsNoNumberOfTheRangeIsRefusedByNameValueAndRange) {
   for (const Number& number : kNumbers) {
     std::vector<std::string> bad = {"",   " ",   "-1", "+8",  " 8",         "8 ",
                                     "8x", "0x8", "8.", "1e3", "4294967296", "99999999999999999999"};
-    bad.push_back(std::to_string(number.least - 1));
+    if (number.least > 0) bad.push_back(std::to_string(number.least - 1));
     if (number.most != UINT32_MAX) bad.push_back(std::to_string(number.most + 1));
     for (const std::string& value : bad) {
       Settings settings;
@@ -77,7 +78,8 @@ TEST(SettingsTest, WhatIsNoNumberOfTheRangeIsRefusedByNameValueAndRange) {
 
 TEST(SettingsTest, ValidateNamesMemberValueAndRange) {
   for (const Number& number : kNumbers) {
-    std::vector<uint32_t> bad = {number.least - 1};
+    std::vector<uint32_t> bad;
+    if (number.least > 0) bad.push_back(number.least - 1);
     if (number.most != UINT32_MAX) bad.push_back(number.most + 1);
     for (const uint32_t value : bad) {
       Settings settings;
@@ -98,6 +100,32 @@ TEST(SettingsTest, ValidateRefusesNumbersThatAreNoEnumerator) {
   settings = {};
   settings.algorithm = static_cast<Algorithm>(99);
   EXPECT_TRUE(Contains(MessageOf([&] { Validate(settings); }), "algorithm"));
+}
+
+TEST(SettingsTest, TheBudgetIsANumberOfBytesOrAName) {
+  const std::vector<std::pair<std::string, uint64_t>> legal = {{"0", 0},
+                                                               {"123", 123},
+                                                               {"8000000000", 8000000000},
+                                                               {"default", kDefaultBudget},
+                                                               {"unlimited", kUnlimitedBudget}};
+  for (const auto& [value, budget] : legal) {
+    Settings settings;
+    settings.budget = 77;
+    SetByName(settings, "budget", value);
+    EXPECT_EQ(settings.budget, budget) << value;
+    EXPECT_NO_THROW(Validate(settings));
+  }
+  for (const std::string value : {"", " ", "-1", "+8", " 8", "8 ", "1e3", "0x8", "8.5", "4k",
+                                  "Default", "unlimited ", "99999999999999999999999"}) {
+    Settings settings;
+    const std::string message = MessageOf([&] { SetByName(settings, "budget", value); });
+    for (const std::string& part :
+         {std::string("budget"), '"' + value + '"', std::string("number of bytes"),
+          std::string("default"), std::string("unlimited")}) {
+      EXPECT_TRUE(Contains(message, part));
+    }
+    EXPECT_EQ(settings.budget, kDefaultBudget) << "changed by " << value;
+  }
 }
 
 TEST(SettingsTest, SwitchesTakeZeroAndOne) {
@@ -149,13 +177,13 @@ TEST(SettingsTest, UnknownNamesOfChoicesAreRefusedWithTheLegalOnes) {
 }
 
 TEST(SettingsTest, UnknownSettingsAreRefusedWithTheKnownOnes) {
-  for (const std::string name : {"", "bin", "bins ", "Bins", "threads"}) {
+  for (const std::string name : {"", "bin", "bins ", "Bins", "thread"}) {
     Settings settings;
     const std::string message = MessageOf([&] { SetByName(settings, name, "8"); });
     EXPECT_TRUE(Contains(message, '"' + name + '"'));
     for (const Number& number : kNumbers) EXPECT_TRUE(Contains(message, number.name));
-    for (const char* part :
-         {"algorithm", "instruction_set", "sampled_cost", "sampled_order", "skip_filtering"}) {
+    for (const char* part : {"algorithm", "instruction_set", "sampled_cost", "sampled_order",
+                             "skip_filtering", "budget"}) {
       EXPECT_TRUE(Contains(message, part));
     }
   }

@@ -140,6 +140,7 @@ std::vector<Settings> VariedSettings() {
   const auto add = [&](auto&& change) {
     Settings settings;
     settings.sample_threshold = 50;  // small enough that batches of a test are sampled
+    settings.budget = 0;             // else most settings would have nothing to do
     change(settings);
     all.push_back(settings);
   };
@@ -175,6 +176,20 @@ std::vector<Settings> VariedSettings() {
     s.sample_threshold = 1;
     s.piece_rays = 64;
   });
+  // A kept partition, also one with hardly any room for nodes.
+  for (const uint64_t budget : {kDefaultBudget, uint64_t{10000}}) {
+    for (const uint32_t threads : {1u, 3u}) {
+      add([&](Settings& s) {
+        s.budget = budget;
+        s.threads = threads;
+      });
+    }
+    add([&](Settings& s) {
+      s.budget = budget;
+      s.piece_rays = 64;
+      s.threads = 2;
+    });
+  }
   return all;
 }
 
@@ -193,7 +208,8 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, TraceTest, testing::ValuesIn(Available
 // a hit, and nothing clearly nearer exists.
 TEST_P(TraceTest, FindsWhatBruteForceFinds) {
   Random random(1);
-  for (const Settings& varied : {VariedSettings()[0], VariedSettings()[16], VariedSettings()[17]}) {
+  for (const Settings& varied : {VariedSettings()[0], VariedSettings()[16], VariedSettings()[17],
+                                 VariedSettings().back(), Settings()}) {
     Mesh mesh = unit::MakeSoup(random, 500, 2, 0.5f);
     mesh.geometry_id = 3;
     const TestScene scene({mesh}, WithInstructionSet(varied));
@@ -425,6 +441,7 @@ TEST_P(TraceTest, RaysThatAreNotNumbersHarmNoOther) {
 TEST_P(TraceTest, StatisticsAddUp) {
   Random random(9);
   for (Settings settings : VariedSettings()) {
+    if (settings.budget > 0) continue;
     if (settings.piece_rays > 1000) settings.piece_rays = 1000;
     const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
     auto rays = MakeMixedRays(random, 2500);
@@ -439,6 +456,37 @@ TEST_P(TraceTest, StatisticsAddUp) {
     EXPECT_GT(statistics.direct_solves, 0u);
     EXPECT_GE(statistics.subproblems, statistics.direct_solves);
     EXPECT_LE(statistics.rays_filtered, statistics.box_tests);
+  }
+}
+
+// A kept partition is split once, without sample rays, and no call has splits of its own; pieces
+// are counted over all threads.
+TEST_P(TraceTest, StatisticsOfAKeptPartitionAddUp) {
+  Random random(18);
+  for (const uint32_t threads : {1u, 4u}) {
+    Settings settings;
+    settings.threads = threads;
+    settings.piece_rays = 1000;
+    const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      auto rays = MakeMixedRays(random, 2500);
+      std::size_t active = 0, hits = 0;
+      for (const Ray& ray : rays) active += ray.tnear <= ray.tfar && ray.tfar >= 0;
+      const Statistics statistics = scene.Trace(rays, query);
+      for (const Ray& ray : rays) {
+        hits += query == Query::kAny ? ray.tfar == -kInfinity : ray.IsHit();
+      }
+      EXPECT_EQ(statistics.rays, active);
+      EXPECT_EQ(statistics.hits, hits);
+      EXPECT_EQ(statistics.pieces, 3u);
+      EXPECT_GT(statistics.subproblems, 0u);
+      EXPECT_GT(statistics.box_tests, 0u);
+      EXPECT_GT(statistics.direct_solves, 0u);
+      EXPECT_GE(statistics.direct_rays, statistics.direct_solves);
+      EXPECT_GT(statistics.triangle_tests, 0u);
+      EXPECT_LE(statistics.rays_filtered, statistics.box_tests);
+      EXPECT_EQ(statistics.sampled_splits + statistics.sah_splits + statistics.median_splits, 0u);
+    }
   }
 }
 
@@ -499,14 +547,18 @@ TEST_P(TraceTest, CoincidentCentroids) {
        {Algorithm::kNabata2013, Algorithm::kAfra2012, Algorithm::kMora2011}) {
     Settings settings;
     settings.algorithm = algorithm;
+    settings.budget = 0;
     const TestScene scene({mesh}, WithInstructionSet(settings));
     auto rays = unit::MakeRays(random, 1500, 1);
+    const auto before = rays;
     const Statistics statistics = scene.Trace(rays);
     EXPECT_LE(statistics.max_depth, kDeepest);
     if (algorithm != Algorithm::kMora2011) {
       EXPECT_GT(statistics.median_splits, 0u);
     }
     EXPECT_GT(statistics.hits, 500u);
+    // More than fit one subset, so that the grid has to tell them apart, too.
+    ExpectSameRays(TestScene({mesh}, WithInstructionSet()).Traced(before), rays, "kept");
   }
 }
 
@@ -561,6 +613,7 @@ TEST_P(TraceTest, DepthIsBounded) {
     Settings settings;
     settings.algorithm = algorithm;
     settings.bins = 2;
+    settings.budget = 0;
     const TestScene scene({mesh}, WithInstructionSet(settings));
     std::vector<Ray> rays(1100, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
     const Statistics statistics = scene.Trace(rays);
