@@ -1,0 +1,94 @@
+#include "engine/call_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+constexpr std::size_t kRayCounts[] = {1,     2,     63,    64,      1000,    1024,    1025,
+                                      10000, 65536, 65537, 1000000, 5000000, 1u << 30};
+
+Settings WithPieces(uint32_t piece_rays) {
+  Settings settings;
+  settings.piece_rays = piece_rays;
+  return settings;
+}
+
+// Pieces hold all rays, none is empty, and none is larger than the settings say.
+TEST(CallPlanTest, PiecesHoldAllRays) {
+  for (const std::size_t rays : kRayCounts) {
+    for (const std::size_t threads : {1u, 2u, 3u, 8u, 1024u}) {
+      for (const bool keeps : {false, true}) {
+        for (const uint32_t most : {64u, 1000u, 4u << 20, 1u << 30}) {
+          const CallPlan plan(rays, threads, keeps, WithPieces(most));
+          ASSERT_GE(plan.piece_rays, 1u);
+          ASSERT_LE(plan.piece_rays, most);
+          ASSERT_LE(plan.piece_rays, rays);
+          const std::size_t pieces = plan.PieceCount(rays);
+          ASSERT_GE(pieces * plan.piece_rays, rays);
+          ASSERT_LT((pieces - 1) * plan.piece_rays, rays);
+          // No workspace without work.
+          ASSERT_GE(plan.workers, 1u);
+          ASSERT_LE(plan.workers, threads);
+          ASSERT_LE(plan.workers, pieces);
+        }
+      }
+    }
+  }
+}
+
+// Where nothing is kept each piece partitions anew: as few as can be, on the caller's thread.
+TEST(CallPlanTest, WithoutAKeptPartitionPiecesAreAsLargeAsTheSettingsSay) {
+  for (const std::size_t rays : kRayCounts) {
+    CallPlan plan(rays, 8, false, WithPieces(1u << 20));
+    EXPECT_EQ(plan.workers, 1u);
+    EXPECT_EQ(plan.piece_rays, std::min<std::size_t>(rays, 1u << 20));
+    EXPECT_FALSE(plan.Shrink());
+  }
+}
+
+// Enough pieces for all threads, but no tiny ones.
+TEST(CallPlanTest, ThreadsShareTheRays) {
+  const CallPlan many(1000000, 8, true, Settings());
+  EXPECT_EQ(many.workers, 8u);
+  EXPECT_GE(many.PieceCount(1000000), 16u);
+  EXPECT_GE(many.piece_rays, 1024u);
+  const CallPlan few(1000, 8, true, Settings());
+  EXPECT_EQ(few.workers, 1u);
+  EXPECT_EQ(few.piece_rays, 1000u);
+  const CallPlan some(3000, 8, true, Settings());
+  EXPECT_EQ(some.workers, 3u);
+  // What a thread works on stays in a cache, however many rays there are.
+  EXPECT_LE(CallPlan(1u << 30, 1, true, Settings()).piece_rays, 65536u);
+  EXPECT_EQ(CallPlan(1u << 30, 1, true, Settings()).workers, 1u);
+}
+
+// Each next plan takes less, and there is a last one: a small piece on one thread.
+TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
+  for (const std::size_t rays : kRayCounts) {
+    for (const std::size_t threads : {1u, 2u, 1024u}) {
+      const Settings settings;
+      CallPlan plan(rays, threads, true, settings);
+      const auto bytes = [&] {
+        return plan.workers * WorkspaceShape(1000, plan.piece_rays, true, settings).Bytes();
+      };
+      std::size_t before = bytes();
+      int steps = 0;
+      while (plan.Shrink()) {
+        ASSERT_LT(bytes(), before);
+        before = bytes();
+        ASSERT_GE(plan.piece_rays, 1u);
+        ASSERT_LT(++steps, 20);
+      }
+      EXPECT_EQ(plan.workers, 1u);
+      EXPECT_LE(plan.piece_rays, 1024u);
+      EXPECT_FALSE(plan.Shrink());
+      EXPECT_GE(plan.PieceCount(rays) * plan.piece_rays, rays);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dacrt

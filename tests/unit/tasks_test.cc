@@ -1,0 +1,93 @@
+#include "runtime/tasks.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace dacrt {
+namespace {
+
+class TasksTest : public testing::TestWithParam<std::size_t> {};
+
+INSTANTIATE_TEST_SUITE_P(Threads, TasksTest, testing::Values(1u, 2u, 3u, 8u),
+                         [](const auto& info) { return std::to_string(info.param); });
+
+std::vector<int> CallsOf(TaskPool& pool, std::size_t count) {
+  std::vector<std::atomic<int>> calls(count);
+  pool.ForEach(count, [&](std::size_t i) { ++calls.at(i); });
+  return {calls.begin(), calls.end()};
+}
+
+TEST_P(TasksTest, EachIndexIsCalledOnce) {
+  TaskPool pool(GetParam());
+  EXPECT_EQ(pool.threads(), GetParam());
+  for (const std::size_t count : {0u, 1u, 2u, 3u, 8u, 9u, 1000u}) {
+    EXPECT_EQ(CallsOf(pool, count), std::vector<int>(count, 1));
+  }
+}
+
+// Callers on threads of their own share the pool and do not get each other's work.
+TEST_P(TasksTest, SeveralCallersAtOnce) {
+  TaskPool pool(GetParam());
+  constexpr std::size_t kCallers = 6;
+  std::vector<int> wrong(kCallers, 0);
+  std::vector<std::thread> callers;
+  for (std::size_t caller = 0; caller < kCallers; ++caller) {
+    callers.emplace_back([&, caller] {
+      for (std::size_t round = 0; round < 50; ++round) {
+        const std::size_t count = (caller * 50 + round) % 17;
+        wrong[caller] += CallsOf(pool, count) != std::vector<int>(count, 1);
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(wrong, std::vector<int>(kCallers, 0));
+}
+
+// No more bodies run at once than the pool has threads.
+TEST_P(TasksTest, AtMostAsManyThreadsAsTheyAre) {
+  TaskPool pool(GetParam());
+  std::atomic<std::size_t> running{0}, most{0};
+  pool.ForEach(64, [&](std::size_t) {
+    const std::size_t now = ++running;
+    std::size_t seen = most;
+    while (seen < now && !most.compare_exchange_weak(seen, now)) {
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+    --running;
+  });
+  EXPECT_GE(most, 1u);
+  EXPECT_LE(most, GetParam());
+}
+
+// What a body throws comes out of the call, and the pool is as good as before.
+TEST_P(TasksTest, WhatABodyThrowsComesBack) {
+  TaskPool pool(GetParam());
+  for (const std::size_t count : {1u, 2u, 100u}) {
+    try {
+      pool.ForEach(count, [&](std::size_t i) {
+        if (i == count / 2) throw std::runtime_error("body " + std::to_string(i));
+      });
+      ADD_FAILURE() << "nothing thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_EQ(error.what(), "body " + std::to_string(count / 2));
+    }
+    EXPECT_THROW(pool.ForEach(count, [](std::size_t) { throw std::bad_alloc(); }), std::bad_alloc);
+    EXPECT_EQ(CallsOf(pool, 100), std::vector<int>(100, 1));
+  }
+}
+
+TEST(TasksOfTheMachineTest, NoneMeansAsManyAsThereAre) {
+  TaskPool pool(0);
+  EXPECT_GE(pool.threads(), 1u);
+  EXPECT_EQ(CallsOf(pool, 100), std::vector<int>(100, 1));
+}
+
+}  // namespace
+}  // namespace dacrt
