@@ -164,8 +164,13 @@ void ApplyConfig(Config& config, std::string_view text) {
       throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "config: ", key.text, " has no value");
     }
     ++i;
-    const Token value = i < tokens.size() ? tokens[i++] : Token{Kind::kSymbol, "nothing"};
+    Token value = i < tokens.size() ? tokens[i++] : Token{Kind::kSymbol, "nothing"};
     if (is_own) {
+      // Embree's grammar reads "8M" as two words, and passes over the second.
+      while (i < tokens.size() && tokens[i].kind != Kind::kSymbol &&
+             tokens[i].text.data() == value.text.data() + value.text.size()) {
+        value.text = {value.text.data(), value.text.size() + tokens[i++].text.size()};
+      }
       ApplyOwnKey(config, key.text.substr(kOwnPrefix.size()), value.text);
     } else {
       ApplyEmbreeKey(config, key.text, value);

@@ -77,12 +77,21 @@ void Scene::Commit() {
   // scene either.
   const bool is_empty = selection.meshes.empty();
   if (!is_empty) ReportProgress(0);
-  auto snapshot = std::make_unique<Snapshot>();
-  const Keep keep = selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget;
-  snapshot->scene = std::make_unique<dacrt::Scene>(device_->engine(), selection.meshes, keep);
+  auto snapshot = std::make_unique<Snapshot>(*device_, selection);
   if (!is_empty) ReportProgress(1);
-  snapshot->buffers = std::move(selection.buffers);
   Install(selection, std::move(snapshot));
+}
+
+Scene::Snapshot::Snapshot(Device& device, Selection selection)
+    : device_(device),
+      buffers_(std::move(selection.buffers)),
+      scene_(device.engine(), selection.meshes,
+             selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget) {
+  if (scene_.KeptBytes() > 0) device_.AnnounceAllocation(scene_.KeptBytes());
+}
+
+Scene::Snapshot::~Snapshot() {
+  if (scene_.KeptBytes() > 0) device_.AnnounceFree(scene_.KeptBytes());
 }
 
 void Scene::CheckGeometriesCommitted() const {
@@ -160,7 +169,7 @@ RTCBounds Scene::Bounds() const {
 
 const dacrt::Scene& Scene::Committed() const {
   if (!snapshot_) throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
-  return *snapshot_->scene;
+  return snapshot_->scene();
 }
 
 }  // namespace dacrt::compat

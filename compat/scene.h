@@ -69,9 +69,20 @@ class Scene : public std::enable_shared_from_this<Scene> {
   };
 
   /// The engine's scene with the memory that it reads, which goes after it.
-  struct Snapshot {
-    std::vector<std::shared_ptr<const Buffer>> buffers;
-    std::unique_ptr<const dacrt::Scene> scene;
+  class Snapshot {
+   public:
+    /// Throws RTC_ERROR_OUT_OF_MEMORY if the memory monitor refuses what the engine's scene keeps.
+    Snapshot(Device& device, Selection selection);
+    ~Snapshot();
+    Snapshot(const Snapshot&) = delete;
+    Snapshot& operator=(const Snapshot&) = delete;
+
+    const dacrt::Scene& scene() const { return scene_; }
+
+   private:
+    Device& device_;
+    std::vector<std::shared_ptr<const Buffer>> buffers_;
+    dacrt::Scene scene_;
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);

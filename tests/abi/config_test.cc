@@ -64,9 +64,23 @@ TEST(OwnConfig, PassesSettingsToTheEngine) {
 
 TEST(OwnConfig, RefusesWhatTheEngineRefuses) {
   for (const char* const config :
-       {"dacrt_nonsense=1", "dacrt_bins=1", "dacrt_bins=33", "dacrt_bins=eight",
-        "dacrt_bins=", "dacrt_bins", "dacrt_=1", "threads=1,dacrt_bins=0,verbose=0"}) {
+       {"dacrt_nonsense=1", "dacrt_bins=1", "dacrt_bins=33", "dacrt_bins=eight", "dacrt_bins=8x",
+        "dacrt_bins=", "dacrt_bins", "dacrt_=1", "threads=1,dacrt_bins=0,verbose=0",
+        "dacrt_threads=1025"}) {
     EXPECT_EQ(NewDeviceError(DropIn(), config), RTC_ERROR_INVALID_ARGUMENT) << config;
+  }
+}
+
+TEST(OwnConfig, BudgetIsANumberOfBytesOrAWord) {
+  for (const char* const budget : {"0", "1", "100000000", "default", "unlimited"}) {
+    EXPECT_EQ(NewDeviceError(DropIn(), (std::string("dacrt_budget=") + budget).c_str()),
+              RTC_ERROR_NONE)
+        << budget;
+  }
+  for (const char* const budget : {"-1", "1.5", "lots", "8M", "", "99999999999999999999999"}) {
+    EXPECT_EQ(NewDeviceError(DropIn(), (std::string("dacrt_budget=") + budget).c_str()),
+              RTC_ERROR_INVALID_ARGUMENT)
+        << budget;
   }
 }
 

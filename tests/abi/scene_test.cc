@@ -304,6 +304,62 @@ TEST(DropInScene, IsAsItWasAfterACommitThatFailed) {
 }
 
 // A scene's progress monitor may ask the scene.
+TEST(DropInScene, MemoryMonitorIsToldWhatASceneKeeps) {
+  for (const bool compact : {false, true}) {
+    Session s(DropIn());
+    ssize_t held = 0;
+    s.api.rtcSetDeviceMemoryMonitorFunction(
+        s.device,
+        [](void* user, ssize_t bytes, bool) {
+          *static_cast<ssize_t*>(user) += bytes;
+          return true;
+        },
+        &held);
+    const RTCScene scene = s.api.rtcNewScene(s.device);
+    if (compact) s.api.rtcSetSceneFlags(scene, RTC_SCENE_FLAG_COMPACT);
+    s.api.rtcAttachGeometry(scene, s.Triangle());
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(s.HitGeometry(scene), 0u);
+    EXPECT_EQ(held > 0, !compact);
+    s.api.rtcReleaseScene(scene);
+    EXPECT_EQ(held, 0);
+    s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  }
+}
+
+TEST(DropInScene, IsAsItWasIfTheMemoryMonitorRefuses) {
+  Session s(DropIn());
+  const RTCScene scene = s.SceneOf(s.Triangle());
+  s.api.rtcAttachGeometry(scene, s.Triangle(-1));
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device, [](void*, ssize_t, bool) { return false; }, nullptr);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_OUT_OF_MEMORY);
+  EXPECT_EQ(s.HitGeometry(scene), 0u);
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(s.HitGeometry(scene), 1u);
+}
+
+TEST(DropInScene, FlagsCountFromTheNextCommitOn) {
+  Session s(DropIn());
+  const RTCScene scene = s.SceneOf(s.Triangle());
+  ssize_t held = 0;
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device,
+      [](void* user, ssize_t bytes, bool) {
+        *static_cast<ssize_t*>(user) += bytes;
+        return true;
+      },
+      &held);
+  s.api.rtcSetSceneFlags(scene, RTC_SCENE_FLAG_COMPACT);
+  EXPECT_EQ(held, 0);
+  s.api.rtcCommitScene(scene);
+  EXPECT_LT(held, 0);
+  EXPECT_EQ(s.HitGeometry(scene), 0u);
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+}
+
 TEST(DropInScene, ProgressMonitorMayCallTheApi) {
   static Session* session;
   static RTCScene scene;
