@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "dacrt/dacrt.h"
+#include "partition/kept_partition.h"
 #include "unit_test.h"
 
 namespace dacrt {
@@ -132,6 +133,13 @@ void AimAsACamera(Ray& ray, std::size_t i) {
   ray.org = {0, 0.5f, 6};
   ray.dir = {static_cast<float>(i % 50) * 0.004f - 0.1f, static_cast<float>(i / 50) * 0.006f - 0.1f,
              -1};
+}
+
+/// As AimAsACamera, of so fine a picture that consecutive rays make narrow packets.
+void AimAsAFineCamera(Ray& ray, std::size_t i) {
+  ray.org = {0, 0.5f, 6};
+  ray.dir = {static_cast<float>(i % 64) * 0.002f - 0.064f,
+             static_cast<float>(i / 64) * 0.004f - 0.1f, -1};
 }
 
 /// Settings that change everything that may not change a hit.
@@ -264,7 +272,9 @@ TEST_P(TraceTest, SettingsDoNotChangeABit) {
   for (Ray& ray : from_a_point) ray.org = {0.3f, -0.2f, 0.1f};
   auto camera = MakeMixedRays(random, 1500);
   for (std::size_t i = 0; i < camera.size(); ++i) AimAsACamera(camera[i], i);
-  for (const auto& before : {MakeMixedRays(random, 1500), from_a_point, camera}) {
+  auto fine_camera = MakeMixedRays(random, 1500);
+  for (std::size_t i = 0; i < camera.size(); ++i) AimAsAFineCamera(fine_camera[i], i);
+  for (const auto& before : {MakeMixedRays(random, 1500), from_a_point, camera, fine_camera}) {
     const auto expected = TestScene(meshes, WithInstructionSet()).Traced(before);
     const std::vector<Settings> all = VariedSettings();
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -284,6 +294,81 @@ TEST_P(TraceTest, RaysOfACameraAreFilteredInPackets) {
   const TestScene scene(MakeMeshes(random), WithInstructionSet(settings));
   std::vector<Ray> rays(1500);
   for (std::size_t i = 0; i < rays.size(); ++i) AimAsACamera(rays[i], i);
+  EXPECT_GT(scene.Trace(rays).packet_tests, 0u);
+  rays = unit::MakeRays(random, 1500, 3);
+  EXPECT_EQ(scene.Trace(rays).packet_tests, 0u);
+}
+
+/// One scene for many settings: a soup that needs a grid and several levels of subsets, and in it a
+/// dense cluster.
+std::vector<Mesh> MakeLargeMeshes(Random& random) {
+  std::vector<Mesh> meshes = {unit::MakeSoup(random, 14000, 2, 0.12f),
+                              unit::MakeSoup(random, 6000, 0.05f, 0.004f)};
+  meshes[0].geometry_id = 4;
+  meshes[1].geometry_id = 1;
+  return meshes;
+}
+
+/// What a partition may have, from hardly anything to more than it takes.
+std::vector<uint64_t> VariedBudgets(std::size_t triangles) {
+  return {KeptPartition::LeastBytes(triangles), 5 * triangles, kDefaultBudget, kUnlimitedBudget};
+}
+
+// Nor do the budget, the threads and the pieces, nor what earlier calls have split.
+TEST_P(TraceTest, KeptPartitionsDoNotChangeABit) {
+  Random random(19);
+  const auto large = MakeLargeMeshes(random);
+  const std::size_t triangles = large[0].triangles.size() + large[1].triangles.size();
+  auto camera = MakeMixedRays(random, 2500);
+  for (std::size_t i = 0; i < camera.size(); ++i) AimAsAFineCamera(camera[i], i);
+  const std::vector<std::vector<Ray>> batches = {MakeMixedRays(random, 2500), camera};
+  Settings nothing;
+  nothing.budget = 0;
+  const TestScene pure(large, WithInstructionSet(nothing));
+  ASSERT_EQ((*pure).KeptBytes(), 0u);
+  std::vector<std::vector<Ray>> expected;
+  for (const auto& batch : batches) {
+    expected.push_back(pure.Traced(batch));
+    ExpectBlockedWhereHit(pure.Traced(batch, Query::kAny), batch, expected.back());
+  }
+  for (const uint64_t budget : VariedBudgets(triangles)) {
+    for (const uint32_t threads : {1u, 2u, 8u}) {
+      for (const uint32_t piece_rays : {64u, 1000u, Settings().piece_rays}) {
+        Settings settings;
+        settings.budget = budget;
+        settings.threads = threads;
+        settings.piece_rays = piece_rays;
+        const std::string what = "budget " + std::to_string(budget) + ", threads " +
+                                 std::to_string(threads) + ", pieces " + std::to_string(piece_rays);
+        SCOPED_TRACE(what);
+        // One scene begins with each kind of batch, and with each query.
+        for (std::size_t first = 0; first < 2; ++first) {
+          const TestScene scene(large, WithInstructionSet(settings));
+          ASSERT_GT((*scene).KeptBytes(), 0u);
+          for (int call = 0; call < 3; ++call) {
+            const std::size_t kind = (first + static_cast<std::size_t>(call)) % 2;
+            if ((call + static_cast<int>(first)) % 3 == 1) {
+              ExpectBlockedWhereHit(scene.Traced(batches[kind], Query::kAny), batches[kind],
+                                    expected[kind]);
+            } else {
+              ExpectSameRays(scene.Traced(batches[kind]), expected[kind],
+                             "call " + std::to_string(call));
+            }
+            if (HasFatalFailure()) return;
+          }
+          ASSERT_LE((*scene).KeptBytesUsed(), (*scene).KeptBytes());
+        }
+      }
+    }
+  }
+}
+
+// Else the test above would not say anything about packets.
+TEST_P(TraceTest, CoherentRaysOverAKeptPartitionGoInPackets) {
+  Random random(20);
+  const TestScene scene(MakeLargeMeshes(random), WithInstructionSet());
+  std::vector<Ray> rays(1500);
+  for (std::size_t i = 0; i < rays.size(); ++i) AimAsAFineCamera(rays[i], i);
   EXPECT_GT(scene.Trace(rays).packet_tests, 0u);
   rays = unit::MakeRays(random, 1500, 3);
   EXPECT_EQ(scene.Trace(rays).packet_tests, 0u);
@@ -689,6 +774,43 @@ TEST(TraceCallTest, ThreadsThatShareASceneGetTheSameBits) {
   }
   for (std::thread& thread : threads) thread.join();
   for (const auto& traced : rays) ExpectSameRays(traced, expected, "a thread");
+}
+
+// Threads that trace a scene to which nobody came before split its subsets side by side.
+TEST(TraceCallTest, ThreadsThatComeToAFreshSceneGetTheSameBits) {
+  Random random(21);
+  const auto meshes = MakeLargeMeshes(random);
+  const std::size_t triangles = meshes[0].triangles.size() + meshes[1].triangles.size();
+  Settings nothing;
+  nothing.budget = 0;
+  const auto before = MakeMixedRays(random, 3000);
+  const auto expected = TestScene(meshes, nothing).Traced(before);
+  for (const uint64_t budget : VariedBudgets(triangles)) {
+    for (const uint32_t workers : {1u, 3u}) {
+      for (int round = 0; round < 4; ++round) {
+        Settings settings;
+        settings.budget = budget;
+        settings.threads = workers;
+        const TestScene scene(meshes, settings);
+        constexpr std::size_t kThreads = 4;
+        std::vector<std::vector<Ray>> rays(kThreads, before);
+        std::vector<std::thread> threads;
+        for (std::size_t t = 0; t < kThreads; ++t) {
+          threads.emplace_back(
+              [&, t] { scene.Trace(rays[t], t % 4 == 3 ? Query::kAny : Query::kClosest); });
+        }
+        for (std::thread& thread : threads) thread.join();
+        for (std::size_t t = 0; t < kThreads; ++t) {
+          if (t % 4 == 3) {
+            ExpectBlockedWhereHit(rays[t], before, expected);
+          } else {
+            ExpectSameRays(rays[t], expected, "thread " + std::to_string(t));
+          }
+        }
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
 }
 
 // The same scene, traced from the caller's vertices each time.

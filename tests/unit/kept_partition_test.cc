@@ -1,0 +1,441 @@
+#include <gtest/gtest.h>
+
+#include "unit_test.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kept_partition_test.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/tests/hwy_gtest.h>
+
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "partition/kept_partition.h"
+#include "partition/split_by_grid-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+using unit::Float3;
+using unit::Mesh;
+using unit::Random;
+
+constexpr size_t kPlenty = size_t{1} << 24;
+
+/// A partition with all that it needs.
+class Kept {
+ public:
+  Kept(std::vector<Mesh> meshes, size_t budget)
+      : meshes_(std::move(meshes)),
+        table_(Views(meshes_)),
+        partition(table_, budget),
+        scratch(std::make_unique<SubsetScratch>()) {}
+
+  uint32_t Root(uint32_t subset) { return RootOf(partition, subset, *scratch); }
+  const MeshTable& table() const { return table_; }
+
+ private:
+  static std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
+    std::vector<TriangleMesh> views;
+    for (const Mesh& mesh : meshes) views.push_back(mesh.View());
+    return views;
+  }
+
+  std::vector<Mesh> meshes_;
+  MeshTable table_;
+
+ public:
+  KeptPartition partition;
+  std::unique_ptr<SubsetScratch> scratch;
+};
+
+/// What a partition is made of.
+struct Counts {
+  size_t nodes = 0;
+  size_t children = 0;
+  size_t leaves = 0;
+  size_t subsets = 0;
+  size_t without_room = 0;
+  size_t deepest = 0;
+};
+
+/// Walks the whole partition, splits what is not split, and checks what a solver relies on.
+class Walker : public Counts {
+ public:
+  explicit Walker(Kept& kept) : kept_(kept) {}
+
+  /// Whether every subset is expected to find room.
+  void Walk(bool has_room) {
+    has_room_ = has_room;
+    Subset& all = kept_.partition.subset(0);
+    ASSERT_EQ(all.begin, 0u);
+    ASSERT_EQ(all.count, kept_.partition.triangle_count());
+    WalkSubset(0, {}, 1);
+    if (testing::Test::HasFatalFailure()) return;
+    ExpectEachOnce();
+    EXPECT_LE(kept_.partition.BytesUsed(), kept_.partition.BytesReserved());
+  }
+
+ private:
+  struct Volume {
+    float lower[3];
+    float upper[3];
+  };
+  using Volumes = std::vector<Volume>;
+
+  /// The nodes of a subset hold just its triangles.
+  void WalkSubset(uint32_t number, const Volumes& above, size_t depth) {
+    ++subsets;
+    ASSERT_TRUE(seen_subsets_.insert(number).second) << "a subset with two parents";
+    const uint32_t root = kept_.Root(number);
+    Subset& subset = kept_.partition.subset(number);
+    ASSERT_EQ(root, subset.root.load());
+    ASSERT_EQ(root, kept_.Root(number)) << "what is split stays";
+    const size_t begin = subset.begin, end = begin + subset.count;
+    ASSERT_GE(subset.count, 1u);
+    if (root == Subset::kNoRoom) {
+      ASSERT_FALSE(has_room_);
+      ++without_room;
+      AddTriangles(begin, subset.count, above);
+      return;
+    }
+    ASSERT_LT(root, Subset::kNoRoom);
+    const size_t before = count_;
+    WalkNode(root, above, depth, begin, end);
+    ASSERT_EQ(count_ - before, subset.count);
+  }
+
+  void WalkNode(uint32_t number, const Volumes& above, size_t depth, size_t begin, size_t end) {
+    ++nodes;
+    ASSERT_LT(depth, 3000u);
+    deepest = std::max(deepest, depth);
+    ASSERT_TRUE(seen_nodes_.insert(number).second) << "a node with two parents";
+    const WideNode& node = kept_.partition.node(number);
+    ASSERT_GE(node.count, 1u);
+    ASSERT_LE(node.count, WideNode::kWidth);
+    children += node.count;
+    // Ranks tell each range of children where it divides only if no two are equal.
+    std::set<uint32_t> ranks;
+    for (size_t i = 0; i + 1 < node.count; ++i) {
+      ASSERT_TRUE(ranks.insert(node.GapRank(i)).second);
+      ASSERT_LT(node.GapRank(i), node.count - 1u);
+    }
+    ChildBoxes boxes;
+    DecodeChildren(node, boxes);
+    for (size_t i = 0; i < node.count; ++i) {
+      Volumes volumes = above;
+      Volume& own = volumes.emplace_back();
+      for (int axis = 0; axis < 3; ++axis) {
+        own.lower[axis] = boxes.lower[axis][i];
+        own.upper[axis] = boxes.upper[axis][i];
+      }
+      if (node.IsLeaf(i)) {
+        ++leaves;
+        ASSERT_GE(node.Kind(i), 1u);
+        ASSERT_LE(node.Kind(i), WideNode::kMostLeafTriangles);
+        ASSERT_GE(node.Number(i), begin);
+        ASSERT_LE(node.Number(i) + node.Kind(i), end);
+        AddTriangles(node.Number(i), node.Kind(i), volumes);
+      } else if (node.IsSubset(i)) {
+        Subset& subset = kept_.partition.subset(node.Number(i));
+        ASSERT_GE(subset.begin, begin);
+        ASSERT_LE(subset.begin + subset.count, end);
+        WalkSubset(node.Number(i), volumes, depth + 1);
+      } else {
+        WalkNode(node.Number(i), volumes, depth + 1, begin, end);
+      }
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+
+  /// Triangles of a leaf, which every volume on the way there must hold.
+  void AddTriangles(size_t begin, size_t count, const Volumes& volumes) {
+    for (size_t place = begin; place < begin + count; ++place) {
+      const uint32_t number = kept_.partition.triangles()[place];
+      ++count_;
+      ASSERT_TRUE(places_.insert(place).second) << "two leaves for a place";
+      ASSERT_TRUE(numbers_.insert(number).second) << "two places for a triangle";
+      TriangleRef ref;
+      ASSERT_TRUE(BoundTriangle(kept_.table(), kept_.table().Locate(number), ref));
+      const WideBox wide = Widen(ref.lower, ref.upper);
+      for (const Volume& volume : volumes) {
+        for (int axis = 0; axis < 3; ++axis) {
+          ASSERT_LE(volume.lower[axis], hn::GetLane(wide.lower[axis]));
+          ASSERT_GE(volume.upper[axis], hn::GetLane(wide.upper[axis]));
+        }
+      }
+    }
+  }
+
+  void ExpectEachOnce() const {
+    size_t expected = 0;
+    const auto meshes = kept_.table().meshes();
+    for (uint32_t mesh = 0; mesh < meshes.size(); ++mesh) {
+      for (uint32_t primitive = 0; primitive < meshes[mesh].triangle_count; ++primitive) {
+        TriangleRef ref;
+        const bool can_be_hit = BoundTriangle(kept_.table(), mesh, primitive, ref);
+        expected += can_be_hit;
+        ASSERT_EQ(numbers_.contains(kept_.table().Number(mesh, primitive)), can_be_hit);
+      }
+    }
+    ASSERT_EQ(kept_.partition.triangle_count(), expected);
+    ASSERT_EQ(count_, expected);
+  }
+
+  Kept& kept_;
+  bool has_room_ = true;
+  size_t count_ = 0;
+  std::set<uint32_t> seen_subsets_, seen_nodes_, numbers_;
+  std::set<size_t> places_;
+};
+
+/// With all the room that a partition can want.
+Counts ExpectWholePartition(std::vector<Mesh> meshes, const std::string& what) {
+  SCOPED_TRACE(what);
+  Kept kept(std::move(meshes), kPlenty);
+  Walker walker(kept);
+  walker.Walk(true);
+  return walker;
+}
+
+// Around the sizes at which leaves, nodes, subsets and the grid begin.
+void PartitionsOfEverySize() {
+  Random random(1);
+  for (const size_t count : {1u,  2u,  3u,  4u,  5u,   8u,    11u,   12u,   13u,   14u,   24u,
+                             25u, 33u, 96u, 97u, 500u, 2047u, 2048u, 2049u, 2100u, 5000u, 20000u}) {
+    ExpectWholePartition({unit::MakeSoup(random, count, 1, 0.1f)}, std::to_string(count));
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
+// Few bytes a triangle hold it all: nodes are neither nearly empty nor stacked without need.
+void TakesFewBytes() {
+  Random random(2);
+  constexpr size_t kTriangles = 50000;
+  Kept kept({unit::MakeSoup(random, kTriangles, 1, 0.05f)}, kPlenty);
+  Walker walker(kept);
+  walker.Walk(true);
+  EXPECT_LT(kept.partition.BytesUsed(), 12 * kTriangles);
+  EXPECT_GT(walker.subsets, kTriangles / SubsetScratch::kTriangles);
+  EXPECT_LT(walker.leaves, kTriangles / 3);
+  EXPECT_GT(walker.children, 4 * walker.nodes);
+  EXPECT_LT(walker.deepest, 16u);
+}
+
+void TrianglesThatCoincide() {
+  Mesh same;
+  same.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
+  for (const size_t count : {13u, 5000u, 70000u}) {
+    same.triangles.assign(count, {0, 1, 2});
+    ExpectWholePartition({same}, "identical " + std::to_string(count));
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
+// Boxes around one point, of 100,000 sizes: the grid can only tell them apart by their order.
+void TrianglesAroundOnePoint() {
+  Mesh mesh;
+  for (int i = 1; i <= 100000; ++i) {
+    const float s = static_cast<float>(i);
+    mesh.Add({-s, -s, -s}, {s, s, -s}, {0, 0, s});
+  }
+  const Counts counts = ExpectWholePartition({mesh}, "one centre");
+  EXPECT_LT(counts.deepest, 40u);
+}
+
+// Points, lines, and centres that differ on one axis only, by next to nothing.
+void DegenerateTriangles() {
+  Random random(3);
+  Mesh points, line, close;
+  for (int i = 0; i < 6000; ++i) {
+    const Float3 p = random.InCube(-1, 1);
+    points.Add(p, p, p);
+    const float x = static_cast<float>(i);
+    line.Add({x, 0, 0}, {x + 1, 0, 0}, {x, 0, 0});
+    const float y = 1 + static_cast<float>(i % 5) * 0x1p-23f;
+    close.Add({0, y, 0}, {1, y, 0}, {0, y, 1});
+  }
+  ExpectWholePartition({points}, "points");
+  ExpectWholePartition({line}, "a line");
+  ExpectWholePartition({close}, "next to each other");
+}
+
+// Nearly all triangles in one cell of the first grid, and in one of the next.
+void TeapotInAStadium() {
+  Random random(4);
+  for (const float size : {1e-3f, 1e-6f}) {
+    Mesh stadium = unit::MakeSoup(random, 300, 1000, 100), teapot, spout;
+    for (const auto& [mesh, count, extent] :
+         {std::tuple<Mesh*, size_t, float>{&teapot, 15000, 1}, {&spout, 15000, size}}) {
+      *mesh = unit::MakeSoup(random, count, extent, extent * 0.02f);
+    }
+    teapot.geometry_id = 1;
+    spout.geometry_id = 2;
+    ExpectWholePartition({stadium, teapot, spout}, "teapot");
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
+// From the least to the largest that can be hit, in a geometric series.
+void ScalesOfAllKinds() {
+  Mesh series;
+  for (int i = 0; i < 20000; ++i) {
+    const float s = std::exp2(static_cast<float>(i % 100) - 40 + static_cast<float>(i) * 1e-5f);
+    if (s > 1e18f) continue;
+    series.Add({s, -s, -s}, {s, s, -s}, {s, 0, s});
+  }
+  ExpectWholePartition({series}, "series");
+  Random random(5);
+  for (const float extent : {1e-25f, 1e-19f, 1e-6f, 1e6f, 1.7e18f}) {
+    ExpectWholePartition({unit::MakeSoup(random, 5000, extent, extent * 0.01f)},
+                         std::to_string(extent));
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
+// Those that no ray can hit are in no subset.
+void InvalidTrianglesAreLeftOut() {
+  Random random(6);
+  Mesh first = unit::MakeSoup(random, 4000, 1, 0.1f), second = unit::MakeSoup(random, 900, 1, 0.1f);
+  second.geometry_id = 7;
+  size_t invalid = 0;
+  for (size_t i = 0; i < 4000; i += 3, ++invalid) {
+    switch (i % 4) {
+      case 0:
+        first.triangles[i][random.Below(3)] = 12000;
+        break;
+      case 1:
+        first.vertices[3 * i + random.Below(3)][random.Below(3)] = unit::kNaN;
+        break;
+      case 2:
+        first.vertices[3 * i + random.Below(3)][random.Below(3)] = -unit::kInfinity;
+        break;
+      default:
+        first.vertices[3 * i + random.Below(3)][random.Below(3)] = 2e18f;
+    }
+  }
+  Kept kept({first, second}, kPlenty);
+  EXPECT_EQ(kept.partition.triangle_count(), 4900 - invalid);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_GT(kept.partition.bounds().lower[axis], -1.2f);
+    EXPECT_LT(kept.partition.bounds().upper[axis], 1.2f);
+  }
+  Walker(kept).Walk(true);
+}
+
+// With any budget subsets that find no room stay whole, and what is used is within the budget.
+void TheBudgetIsNeverExceeded() {
+  Random random(7);
+  constexpr size_t kTriangles = 12000;
+  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
+  const size_t least = KeptPartition::LeastBytes(kTriangles);
+  size_t some = 0, last_nodes = 0;
+  for (const size_t budget :
+       {size_t{0}, least - 1, least, least + 100, least + 3000, least + 5000, least + 8000,
+        least + 12000, 6 * kTriangles, 7 * kTriangles, 16 * kTriangles}) {
+    SCOPED_TRACE(budget);
+    Kept kept({mesh}, budget);
+    EXPECT_EQ(kept.partition.BytesReserved(), std::max(least, budget));
+    Walker walker(kept);
+    walker.Walk(false);
+    if (testing::Test::HasFatalFailure()) return;
+    some += walker.without_room > 0 && walker.nodes > 0;
+    EXPECT_GE(walker.nodes, last_nodes) << "more room, more nodes";
+    last_nodes = walker.nodes;
+    if (budget == 16 * kTriangles) {
+      EXPECT_EQ(walker.without_room, 0u);
+    }
+    if (budget <= least) {
+      EXPECT_GT(walker.without_room, 0u);
+    }
+  }
+  EXPECT_GE(some, 3u);
+}
+
+// Threads that come to the same subsets at once get the same roots, and a partition that is whole.
+void ThreadsAgree() {
+  Random random(8);
+  for (const size_t budget : {kPlenty, KeptPartition::LeastBytes(9000) + 5000}) {
+    for (int round = 0; round < 4; ++round) {
+      Kept kept({unit::MakeSoup(random, 9000, 1, 0.05f)}, budget);
+      constexpr size_t kThreads = 4;
+      std::vector<std::vector<uint32_t>> roots(kThreads);
+      std::vector<std::thread> threads;
+      for (size_t t = 0; t < kThreads; ++t) {
+        threads.emplace_back([&, t] {
+          const auto scratch = std::make_unique<SubsetScratch>();
+          // Breadth first: subsets as they are found.
+          std::vector<uint32_t> subsets = {0};
+          for (size_t i = 0; i < subsets.size(); ++i) {
+            const uint32_t root = RootOf(kept.partition, subsets[i], *scratch);
+            roots[t].push_back(root);
+            if (root == Subset::kNoRoom) continue;
+            std::vector<uint32_t> open = {root};
+            while (!open.empty()) {
+              const WideNode& node = kept.partition.node(open.back());
+              open.pop_back();
+              for (size_t k = 0; k < node.count; ++k) {
+                if (node.IsSubset(k)) subsets.push_back(node.Number(k));
+                if (node.Kind(k) == WideNode::kInner) open.push_back(node.Number(k));
+              }
+            }
+          }
+        });
+      }
+      for (std::thread& thread : threads) thread.join();
+      ASSERT_GT(roots[0].size(), 5u);
+      for (size_t t = 1; t < kThreads; ++t) ASSERT_EQ(roots[t], roots[0]);
+      Walker(kept).Walk(budget == kPlenty);
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
+// Nothing is split before someone comes, and only that to which someone comes.
+void SplitsWhereAsked() {
+  Random random(9);
+  Kept kept({unit::MakeSoup(random, 9000, 1, 0.05f)}, kPlenty);
+  const size_t before = kept.partition.BytesUsed();
+  EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
+  const WideNode* node = &kept.partition.node(kept.Root(0));
+  const size_t first = kept.partition.BytesUsed();
+  EXPECT_GT(first, before);
+  while (!node->IsSubset(0)) {
+    ASSERT_FALSE(node->IsLeaf(0));
+    node = &kept.partition.node(node->Number(0));
+  }
+  EXPECT_EQ(kept.partition.subset(node->Number(0)).root.load(), Subset::kUnsplit);
+  kept.Root(node->Number(0));
+  const size_t second = kept.partition.BytesUsed();
+  EXPECT_GT(second, first);
+  kept.Root(node->Number(0));
+  EXPECT_EQ(kept.partition.BytesUsed(), second);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+
+HWY_BEFORE_TEST(KeptPartitionTest);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, PartitionsOfEverySize);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TakesFewBytes);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TrianglesThatCoincide);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TrianglesAroundOnePoint);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, DegenerateTriangles);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TeapotInAStadium);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ScalesOfAllKinds);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, InvalidTrianglesAreLeftOut);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ThreadsAgree);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, SplitsWhereAsked);
+
+}  // namespace dacrt
+#endif  // HWY_ONCE
