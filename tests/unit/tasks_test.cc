@@ -83,6 +83,21 @@ TEST_P(TasksTest, WhatABodyThrowsComesBack) {
   }
 }
 
+// Bodies that wait for each other come to an end only on threads of their own.
+TEST(TasksOfTheMachineTest, SeveralThreadsWork) {
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "there is one thread only";
+  TaskPool pool(2);
+  std::atomic<int> running{0};
+  std::atomic<bool> met{false};
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  pool.ForEach(2, [&](std::size_t) {
+    if (++running == 2) met = true;
+    while (!met && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+    --running;
+  });
+  EXPECT_TRUE(met);
+}
+
 TEST(TasksOfTheMachineTest, NoneMeansAsManyAsThereAre) {
   TaskPool pool(0);
   EXPECT_GE(pool.threads(), 1u);

@@ -99,17 +99,38 @@ void HoldsItsChildrenTightly() {
   }
 }
 
-// Faces that are whole steps, and next to them.
+// Faces that are whole steps of every mantissa that a step can have, and next to them: where the
+// guess of a step may be rounded to the wrong side.
 void FacesOnSteps() {
-  for (const float unit : {1.0f, 0x1p-60f, 0x1p52f, 1.1f, 3e15f, 1e-30f}) {
-    for (int begin = 0; begin < 255; begin += 2) {
+  for (const float scale : {1.0f, 0x1p-60f, 0x1p52f, 0x1p-100f}) {
+    for (int mantissa = 128; mantissa < 256; ++mantissa) {
+      const float step = scale * static_cast<float>(mantissa);
+      for (int begin = 1; begin < 255; begin += 3) {
+        for (const float from : {0.0f, -100 * step}) {
+          Family family;
+          const float to = from + 255 * step, on = from + static_cast<float>(begin) * step;
+          family.Add({from, from, from}, {from, from, from});
+          family.Add({to, to, to}, {to, to, to});
+          const float above = std::nextafter(on, to), below = std::nextafter(on, from);
+          family.Add({on, above, below}, {on, above, below});
+          ExpectHeld(family, std::to_string(begin) + " steps");
+          if (testing::Test::HasFatalFailure()) return;
+        }
+      }
+    }
+  }
+}
+
+// The extent of the whole is rounded down to 255 steps that do not quite span it.
+void StepsSpanTheWhole() {
+  for (const float step : {1.0f, 0x1p-60f, 0x1p52f}) {
+    for (int below = 100; below < 255; ++below) {
+      const float from = -static_cast<float>(below) * step;
+      const float to = std::nextafter(static_cast<float>(255 - below) * step, 1e30f);
       Family family;
-      family.Add({0, 0, 0}, {0, 0, 0});
-      family.Add({255 * unit, 255 * unit, 255 * unit}, {255 * unit, 255 * unit, 255 * unit});
-      const float on = static_cast<float>(begin) * unit;
-      const float above = std::nextafter(on, unit::kInfinity), below = std::nextafter(on, -1.0f);
-      family.Add({on, above, std::max(below, 0.0f)}, {on, above, std::max(below, 0.0f)});
-      ExpectHeld(family, std::to_string(begin) + " steps");
+      family.Add({from, from, from}, {from, from, from});
+      family.Add({to, to, to}, {to, to, to});
+      ExpectHeld(family, std::to_string(below) + " steps below 0");
       if (testing::Test::HasFatalFailure()) return;
     }
   }
@@ -202,6 +223,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(WideNodeTest);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, HoldsItsChildrenTightly);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, FacesOnSteps);
+HWY_EXPORT_AND_TEST_P(WideNodeTest, StepsSpanTheWhole);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, ScenesOfEveryShape);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, UnusedChildrenAreEmpty);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, UnionsHoldTheirChildren);
