@@ -66,8 +66,7 @@ class DeterminismTest : public testing::TestWithParam<const char*> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Scenes, DeterminismTest,
-                         testing::Values("coincident", "coplanar", "boxes", "masks", "soup",
-                                         "terrain"),
+                         testing::Values("coincident", "coplanar", "boxes", "masks", "soup"),
                          [](const auto& name) { return std::string(name.param); });
 
 TEST_P(DeterminismTest, OrderOfTheRays) {
