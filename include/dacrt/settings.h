@@ -56,7 +56,9 @@ inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;
 inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;
 
 /// The constants of the method and the limits of one call.
-/// None of them changes a hit: they change time and memory only.
+/// None of them changes a hit: they change time and memory only. Those from `sampled_cost` to
+/// `leaf_rays`, but for `instruction_set`, describe the published methods, and count where nothing
+/// is kept between calls; see `budget`.
 struct Settings {
   /// The method. The three switches that follow belong to kNabata2013; the others ignore them.
   Algorithm algorithm = Algorithm::kNabata2013;
