@@ -98,8 +98,9 @@ struct Settings {
   /// 64 to 2^30. With a kept partition pieces are smaller still, so that they stay in the cache.
   uint32_t piece_rays = 4u << 20;
 
-  /// Threads that work on calls at once, those that call included; 0: as many as the machine has;
-  /// at most 1024. Where nothing is kept, a call uses the thread that makes it.
+  /// Threads that work on calls at once, those that call included, and not more than the machine
+  /// has, which is also what 0 means; at most 1024. Where nothing is kept, a call uses the thread
+  /// that makes it.
   uint32_t threads = 0;
 
   /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where

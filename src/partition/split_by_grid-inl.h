@@ -145,15 +145,18 @@ inline uint32_t RootOf(KeptPartition& kept, uint32_t number, SubsetScratch& scra
   uint32_t expected = Subset::kUnsplit;
   if (!subset.root.compare_exchange_strong(expected, Subset::kBeingSplit)) {
     subset.root.wait(Subset::kBeingSplit);
-    return subset.root.load(std::memory_order_acquire);
+    return std::min(subset.root.load(std::memory_order_acquire), Subset::kNoRoom);
   }
+  uint32_t next;  // what those that come later find
   try {
-    root = subset.count > SubsetScratch::kTriangles ? SplitByGrid(kept, subset, scratch)
-                                                    : SplitSmallSubset(kept, subset, scratch);
+    next = root = subset.count > SubsetScratch::kTriangles
+                      ? SplitByGrid(kept, subset, scratch)
+                      : SplitSmallSubset(kept, subset, scratch);
   } catch (const std::bad_alloc&) {
     root = Subset::kNoRoom;
+    next = Subset::kUnsplit;  // there may be memory the next time
   }
-  subset.root.store(root, std::memory_order_release);
+  subset.root.store(next, std::memory_order_release);
   subset.root.notify_all();
   return root;
 }

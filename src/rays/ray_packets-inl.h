@@ -33,6 +33,7 @@ inline PacketBlock MakeRayPackets(const RayBatch& rays, const RayBlock& block,
     const size_t begin = i * kMaxLanes;
     const size_t last = block.count - 1;
     V low[8], high[8];
+    for (int j = 0; j < 8; ++j) low[j] = high[j] = hn::Zero(kFloat);  // for the compiler's peace
     for (size_t part = 0; part < kMaxLanes; part += Lanes()) {
       V value[8];
       // Where the rays end within the packet, their last vector once more.

@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 namespace dacrt {
 
 struct TaskPool::Arena {
@@ -12,8 +14,10 @@ struct TaskPool::Arena {
 };
 
 TaskPool::TaskPool(std::size_t threads)
-    : threads_(threads == 0 ? static_cast<std::size_t>(tbb::info::default_concurrency()) : threads),
-      arena_(std::make_unique<Arena>(threads_)) {}
+    : threads_(static_cast<std::size_t>(tbb::info::default_concurrency())) {
+  if (threads != 0) threads_ = std::min(threads, threads_);
+  arena_ = std::make_unique<Arena>(threads_);
+}
 
 TaskPool::~TaskPool() = default;
 

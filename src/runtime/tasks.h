@@ -10,7 +10,8 @@ namespace dacrt {
 /// The threads of a device, shared by all calls. Threads: any number may use a pool at once.
 class TaskPool {
  public:
-  /// At most `threads` at once, those of the callers included; 0: as many as the machine has.
+  /// At most `threads` at once, those of the callers included, and not more than the machine has,
+  /// which is also what 0 means.
   explicit TaskPool(std::size_t threads);
   ~TaskPool();
   TaskPool(const TaskPool&) = delete;
