@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <new>
@@ -26,7 +27,7 @@ std::vector<int> CallsOf(TaskPool& pool, std::size_t count) {
 
 TEST_P(TasksTest, EachIndexIsCalledOnce) {
   TaskPool pool(GetParam());
-  EXPECT_EQ(pool.threads(), GetParam());
+  EXPECT_EQ(pool.threads(), std::min(GetParam(), TaskPool(0).threads()));
   for (const std::size_t count : {0u, 1u, 2u, 3u, 8u, 9u, 1000u}) {
     EXPECT_EQ(CallsOf(pool, count), std::vector<int>(count, 1));
   }
