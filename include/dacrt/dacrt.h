@@ -9,38 +9,13 @@
 #include <memory>
 #include <span>
 
+#include "dacrt/callback.h"
+#include "dacrt/geometry.h"
 #include "dacrt/ray_view.h"
 #include "dacrt/settings.h"
 #include "dacrt/statistics.h"
 
 namespace dacrt {
-
-/// An axis-aligned box. An empty one has lower = +infinity and upper = -infinity.
-struct Bounds {
-  float lower[3];
-  float upper[3];
-};
-
-/// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
-/// during each Trace, and never copied: it must stay in place and unchanged while a scene that was
-/// made from it exists.
-struct TriangleMesh {
-  /// Three floats a vertex, `vertex_stride` bytes apart. Four-byte aligned.
-  const void* vertices = nullptr;
-  std::size_t vertex_stride = 12;
-  std::size_t vertex_count = 0;
-
-  /// Three uint32_t a triangle, `triangle_stride` bytes apart. Four-byte aligned.
-  const void* triangles = nullptr;
-  std::size_t triangle_stride = 12;
-  std::size_t triangle_count = 0;
-
-  /// What a hit reports. Also the first key by which equal distances are decided.
-  uint32_t geometry_id = 0;
-
-  /// A ray meets this mesh only if (ray mask & mesh mask) != 0.
-  uint32_t mask = UINT32_MAX;
-};
 
 /// Owns what calls share: the settings, the choice of instruction set, and the workspaces, which
 /// are kept between calls.
@@ -86,12 +61,22 @@ enum class Keep {
   kNothing,   ///< as with a budget of 0
 };
 
-/// A committed, immutable set of meshes.
+struct SceneOptions {
+  Keep keep = Keep::kByBudget;
+
+  /// No ray passes between two triangles that share an edge, by the test of edges in Woop, Benthin,
+  /// Wald, "Watertight ray/triangle intersection", JCGT 2013, section 2. Costs time.
+  bool robust = false;
+};
+
+/// A committed, immutable set of geometries.
 ///
-/// Triangles with an index outside the vertices, or with a vertex that is not finite or beyond
-/// 1.8e18 in magnitude, are left out: no ray hits them, and they do not enter the bounds.
+/// Primitives with an index outside the vertices, or with a coordinate that is not finite or beyond
+/// 1.8e18 in magnitude at any time step, are left out: no ray hits them, and they do not enter the
+/// bounds.
 ///
-/// Threads: any number may trace one scene at once.
+/// Threads: any number may trace one scene at once. Callbacks are called by the thread that calls,
+/// which does all the work of a call on a scene with callbacks.
 class Scene {
  public:
   /// Reads every mesh once. Of two meshes with equal geometry_id the later one counts as larger
@@ -101,6 +86,11 @@ class Scene {
   /// triangles or more; std::bad_alloc if the memory of what is kept cannot be had.
   Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,
         Keep keep = Keep::kByBudget);
+
+  /// The same for geometries of every shape. Throws std::invalid_argument too if an instance has no
+  /// scene or one of another device, or if counts of time steps are out of range or differ.
+  Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+        const SceneOptions& options);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
@@ -132,7 +122,7 @@ class Scene {
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
   /// std::bad_alloc if the workspace cannot be had, not even for smaller pieces on one thread; no
   /// ray has changed then.
-  Statistics Trace(Query query, const RayView& rays) const;
+  Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
 
  private:
   class Implementation;

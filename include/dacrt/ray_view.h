@@ -26,7 +26,10 @@ namespace dacrt {
 ///
 /// A miss leaves every byte as it was. What a hit writes depends on the query:
 ///   Query::kClosest  tfar, ng (unnormalised, e2 x e1 with e1 = v0 - v1, e2 = v2 - v0), u, v,
-///                    primitive_id, geometry_id, and `instance_value` into instance_id
+///                    primitive_id, geometry_id, and into instance_id the instance's geometry_id
+///                    or, outside of instances, `instance_value`. In an instance ng is in the
+///                    space of the instanced scene. Quads and grids have u, v and ng of their own
+///                    (see Shape), spheres and discs u = v = 0 and the outward normal, unnormalised
 ///   Query::kAny      tfar = -infinity, nothing else
 /// All of a call's reads of a record come before its first write to that record.
 struct RayView {
@@ -45,13 +48,16 @@ struct RayView {
   Component tnear = kAbsent;  ///< default 0
   Component tfar = kAbsent;   ///< also written
   Component mask = kAbsent;   ///< default all bits; see TriangleMesh::mask
+  Component time = kAbsent;   ///< default 0; of moving geometries, and handed to callbacks
+  Component id = kAbsent;     ///< default 0xFFFFFFFF; handed to callbacks
+  Component flags = kAbsent;  ///< default 0xFFFFFFFF; handed to callbacks
 
   // Written by closest-hit queries.
   Component ng_x = kAbsent, ng_y = kAbsent, ng_z = kAbsent;
   Component u = kAbsent, v = kAbsent;
   Component primitive_id = kAbsent, geometry_id = kAbsent, instance_id = kAbsent;
 
-  uint32_t instance_value = UINT32_MAX;  ///< what a hit writes into instance_id
+  uint32_t instance_value = UINT32_MAX;  ///< what a hit outside of instances writes into it
 
   /// Address of a component of ray i. `component` must not be kAbsent.
   std::uintptr_t Address(Component component, std::size_t i) const {

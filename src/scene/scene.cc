@@ -49,6 +49,26 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
   statistics.seconds_storing = of(Step::kStoring);
 }
 
+std::vector<TriangleMesh> StillTriangles(std::span<const Geometry> geometries) {
+  std::vector<TriangleMesh> meshes;
+  for (const Geometry& geometry : geometries) {
+    if (geometry.shape != Shape::kTriangles || geometry.vertices.size() != 1) {
+      throw std::invalid_argument("Scene: only still triangle meshes are supported yet");
+    }
+    TriangleMesh mesh;
+    mesh.vertices = geometry.vertices[0].data;
+    mesh.vertex_stride = geometry.vertices[0].stride;
+    mesh.vertex_count = geometry.vertex_count;
+    mesh.triangles = geometry.primitives.data;
+    mesh.triangle_stride = geometry.primitives.stride;
+    mesh.triangle_count = geometry.primitive_count;
+    mesh.geometry_id = geometry.geometry_id;
+    mesh.mask = geometry.mask;
+    meshes.push_back(mesh);
+  }
+  return meshes;
+}
+
 }  // namespace
 
 class Scene::Implementation {
@@ -166,6 +186,11 @@ class Scene::Implementation {
 Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep)
     : implementation_(std::make_unique<Implementation>(std::move(device), meshes, keep)) {}
 
+Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+             const SceneOptions& options)
+    : Scene(std::move(device), std::span<const TriangleMesh>(StillTriangles(geometries)),
+            options.keep) {}
+
 Scene::~Scene() = default;
 
 Bounds Scene::bounds() const {
@@ -188,7 +213,7 @@ std::size_t Scene::WorkspaceBytes(std::size_t ray_count) const {
                                              implementation_->kept != nullptr);
 }
 
-Statistics Scene::Trace(Query query, const RayView& rays) const {
+Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions&) const {
   CheckRays(rays);
   if (rays.count == 0 || triangle_count() == 0) return {};
   return implementation_->Trace(query, rays);

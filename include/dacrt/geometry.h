@@ -1,0 +1,109 @@
+// What a scene is made of.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "dacrt/callback.h"
+#include "dacrt/transform.h"
+
+namespace dacrt {
+
+class Scene;
+
+/// An axis-aligned box. An empty one has lower = +infinity and upper = -infinity.
+struct Bounds {
+  float lower[3];
+  float upper[3];
+};
+
+/// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
+/// during each Trace, and never copied: it must stay in place and unchanged while a scene that was
+/// made from it exists.
+struct TriangleMesh {
+  /// Three floats a vertex, `vertex_stride` bytes apart. Four-byte aligned.
+  const void* vertices = nullptr;
+  std::size_t vertex_stride = 12;
+  std::size_t vertex_count = 0;
+
+  /// Three uint32_t a triangle, `triangle_stride` bytes apart. Four-byte aligned.
+  const void* triangles = nullptr;
+  std::size_t triangle_stride = 12;
+  std::size_t triangle_count = 0;
+
+  /// What a hit reports. Also the first key by which equal distances are decided.
+  uint32_t geometry_id = 0;
+
+  /// A ray meets this mesh only if (ray mask & mesh mask) != 0.
+  uint32_t mask = UINT32_MAX;
+};
+
+/// What the primitives of a geometry are.
+enum class Shape : uint8_t {
+  kTriangles,      ///< three indices each
+  kQuads,          ///< four indices each; the triangles (0, 1, 3) and (2, 3, 1)
+  kGrids,          ///< a GridPrimitive each: a rectangle of vertices, a quad between each four
+  kSpheres,        ///< a vertex each: centre and radius
+  kDiscs,          ///< a vertex each: centre and radius, facing the ray
+  kOrientedDiscs,  ///< the same, with a normal each
+  kUser,           ///< known by callbacks only
+  kInstance,       ///< another scene, in one primitive
+};
+
+/// A grid of `width` x `height` vertices: the one in column x and row y has the index
+/// first_vertex + y * vertex_stride + x. Hits have u from 0 to 1 along the rows, v along the
+/// columns.
+struct GridPrimitive {
+  uint32_t first_vertex;
+  uint32_t vertex_stride;
+  uint16_t width, height;  ///< 1 to 32767; without two of each there is nothing to hit
+};
+
+/// Values in the caller's memory, `stride` bytes apart, four-byte aligned.
+struct Array {
+  const void* data = nullptr;
+  std::size_t stride = 0;
+};
+
+/// Fills in the bounds of a user primitive at a time step. Bounds that are empty, inverted or not
+/// finite leave the primitive out.
+struct BoundsCallback {
+  void (*function)(void* data, uint32_t primitive, uint32_t time_step, Bounds& bounds) = nullptr;
+  void* data = nullptr;
+};
+
+/// A geometry in the caller's memory, which is read and kept as TriangleMesh says. Which members
+/// count depends on the shape.
+struct Geometry {
+  Shape shape = Shape::kTriangles;
+  uint32_t geometry_id = 0;         ///< as in TriangleMesh
+  uint32_t mask = UINT32_MAX;       ///< as in TriangleMesh
+  TimeRange time_range;             ///< counts where there are several time steps
+  std::size_t primitive_count = 0;  ///< 1 for an instance
+
+  /// All but user geometries and instances: one array for each of 1 to 129 time steps. Three floats
+  /// a vertex; centre and radius, four floats, for spheres and discs.
+  std::vector<Array> vertices;
+  std::size_t vertex_count = 0;  ///< of the shortest array
+  std::vector<Array> normals;    ///< oriented discs: three floats each, an array a time step
+  Array primitives;              ///< indices (uint32_t), or GridPrimitive; triangles, quads, grids
+
+  uint32_t user_time_steps = 1;  ///< of user geometries
+  BoundsCallback bounds;         ///< called in Scene's constructor, by the calling thread
+  Callback intersect;            ///< for Query::kClosest; without it no ray hits
+  Callback occluded;             ///< for Query::kAny; without it no ray hits
+
+  /// Instances: the scene, and where it stands at each of 1 to 129 time steps. Instances in the
+  /// instanced scene are left out: there is one level.
+  std::shared_ptr<const Scene> instanced_scene;
+  std::vector<TransformStep> transforms;
+
+  /// Filter functions, offered each pair of a ray and a primitive that meet, once, as long as no
+  /// closer hit was accepted; grids offer each hit of theirs, spheres and discs near and far ones.
+  Callback closest_filter;  ///< for Query::kClosest
+  Callback any_filter;      ///< for Query::kAny
+};
+
+}  // namespace dacrt
