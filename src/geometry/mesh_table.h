@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "dacrt/dacrt.h"
+#include "geometry/shapes.h"
 
 namespace dacrt {
 
@@ -21,6 +23,12 @@ class MeshTable {
  public:
   /// Throws as Scene's constructor does.
   explicit MeshTable(std::span<const TriangleMesh> meshes);
+
+  /// For geometries of any shape. Those that are not still triangles without filter functions,
+  /// have a mesh of as many items as the geometry, and no vertices. `scenes` are those that
+  /// instances show, null for other geometries.
+  MeshTable(std::span<const Geometry> geometries, std::span<const SceneParts* const> scenes,
+            bool robust);
 
   std::span<const TriangleMesh> meshes() const { return meshes_; }
   const TriangleMesh& operator[](uint32_t mesh) const { return meshes_[mesh]; }
@@ -45,6 +53,10 @@ class MeshTable {
     return {mesh, number - first_[mesh]};
   }
 
+  /// Null if there is nothing but still triangles, each of which may be hit as it stands in its
+  /// mesh; else what the meshes' items are.
+  const Shapes* shapes() const { return shapes_.get(); }
+
   /// Whether every mesh accepts every ray whose mask is not 0.
   bool all_masks_full() const { return all_masks_full_; }
 
@@ -67,10 +79,14 @@ class MeshTable {
   }
 
  private:
+  void AddMesh(const TriangleMesh& mesh, std::size_t place);
+  void NumberTriangles();
+
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::size_t triangle_count_ = 0;
   bool all_masks_full_ = true;
+  std::unique_ptr<const Shapes> shapes_;
 };
 
 }  // namespace dacrt

@@ -27,25 +27,20 @@ HWY_INLINE V Dot(const V* a, const V* b) {
   return hn::MulAdd(a[0], b[0], hn::MulAdd(a[1], b[1], hn::Mul(a[2], b[2])));
 }
 
-/// Fills `block` with the triangles named by `name(i)`, i < count <= TriangleBlock::kCapacity; a
-/// name has the members `mesh` and `primitive`. Behind the last triangle, up to a full vector,
-/// stand triangles of no area, which nothing hits.
-template <class Name>
-HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Name& name,
-                                TriangleBlock& block) {
-  block.count = count;
-  for (size_t i = 0; i < count; ++i) {
-    const auto& triangle = name(i);
-    Corners corners;
-    if (!meshes.ReadCorners(triangle.mesh, triangle.primitive, corners)) corners = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      block.v0[axis][i] = corners.v[0][axis];
-      block.e1[axis][i] = corners.v[1][axis];
-      block.e2[axis][i] = corners.v[2][axis];
-    }
-    block.mesh[i] = triangle.mesh;
-    block.primitive[i] = triangle.primitive;
+/// Puts a triangle in place i of `block`, for FinishTriangles.
+HWY_INLINE void PlaceTriangle(TriangleBlock& block, size_t i, const float* v0, const float* v1,
+                              const float* v2) {
+  for (int axis = 0; axis < 3; ++axis) {
+    block.v0[axis][i] = v0[axis];
+    block.e1[axis][i] = v1[axis];
+    block.e2[axis][i] = v2[axis];
   }
+}
+
+/// Makes a block of the block.count triangles that have been placed. Behind the last one, up to a
+/// full vector, stand triangles of no area, which nothing hits.
+HWY_INLINE void FinishTriangles(TriangleBlock& block) {
+  const size_t count = block.count;
   for (size_t i = count; i % Lanes() != 0; ++i) {
     for (int axis = 0; axis < 3; ++axis) {
       block.v0[axis][i] = block.e1[axis][i] = block.e2[axis][i] = 0;
@@ -67,6 +62,23 @@ HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Nam
     Cross(e2, e1, ng);
     for (int axis = 0; axis < 3; ++axis) hn::Store(ng[axis], kFloat, block.ng[axis] + i);
   }
+}
+
+/// Fills `block` with the triangles named by `name(i)`, i < count <= TriangleBlock::kCapacity; a
+/// name has the members `mesh` and `primitive`.
+template <class Name>
+HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Name& name,
+                                TriangleBlock& block) {
+  block.count = count;
+  for (size_t i = 0; i < count; ++i) {
+    const auto& triangle = name(i);
+    Corners corners;
+    if (!meshes.ReadCorners(triangle.mesh, triangle.primitive, corners)) corners = {};
+    PlaceTriangle(block, i, corners.v[0], corners.v[1], corners.v[2]);
+    block.mesh[i] = triangle.mesh;
+    block.primitive[i] = triangle.primitive;
+  }
+  FinishTriangles(block);
 }
 
 }  // namespace HWY_NAMESPACE

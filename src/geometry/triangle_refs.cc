@@ -1,10 +1,20 @@
 #include "geometry/triangle_refs.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dacrt {
 
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref) {
+  ref.primitive = primitive;
+  ref.mesh = mesh;
+  if (meshes.shapes()) {
+    Box bounds;
+    if (!meshes.shapes()->BoundItem(mesh, primitive, bounds)) return false;
+    std::copy_n(bounds.lower, 3, ref.lower);
+    std::copy_n(bounds.upper, 3, ref.upper);
+    return true;
+  }
   Corners corners;
   if (!meshes.ReadCorners(mesh, primitive, corners)) return false;
   constexpr float kLargest = 1.8e18f;
@@ -17,8 +27,6 @@ bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, T
     ref.lower[axis] = std::min(std::min(a, b), c);
     ref.upper[axis] = std::max(std::max(a, b), c);
   }
-  ref.primitive = primitive;
-  ref.mesh = mesh;
   return true;
 }
 

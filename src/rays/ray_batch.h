@@ -29,6 +29,16 @@ struct Hit {
   uint32_t mesh;  ///< kNone while there is no hit
 };
 
+/// The closest hit of a ray so far where a scene holds more than still triangles.
+struct FullHit {
+  float t;
+  float ng[3];
+  float u, v;
+  uint32_t primitive_id;
+  uint32_t geometry_id;
+  uint32_t instance_id;
+};
+
 /// Lanes of the widest vector; blocks start at multiples of it on every instruction set, so that
 /// the instruction set does not change the memory that a call needs.
 inline constexpr std::size_t kMaxLanes = 16;
@@ -65,6 +75,7 @@ struct RayBatch {
   std::size_t bits_capacity;  ///< bytes
 
   Hit* hits;            ///< by ray number; closest-hit queries only
+  FullHit* full_hits;   ///< the same, beside scenes with shapes (geometry/shapes.h)
   uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every mesh
 
   ConicPackets cones;

@@ -38,6 +38,29 @@ inline size_t StoreBlocked(const RayView& view, size_t first, const RayBatch& ba
   return blocked;
 }
 
+/// Writes the hits of `block` that were kept in full. Returns their number.
+inline size_t StoreFullHits(const RayView& view, size_t first, const RayBatch& batch,
+                            const RayBlock& block) {
+  size_t hits = 0;
+  for (size_t slot = block.begin; slot < block.begin + block.count; ++slot) {
+    const uint32_t index = batch.index[slot];
+    if (batch.hits[index].mesh == Hit::kNone) continue;
+    const FullHit& hit = batch.full_hits[index];
+    const size_t ray = first + index;
+    WriteComponent(view, view.tfar, ray, hit.t);
+    WriteComponent(view, view.ng_x, ray, hit.ng[0]);
+    WriteComponent(view, view.ng_y, ray, hit.ng[1]);
+    WriteComponent(view, view.ng_z, ray, hit.ng[2]);
+    WriteComponent(view, view.u, ray, hit.u);
+    WriteComponent(view, view.v, ray, hit.v);
+    WriteComponent(view, view.primitive_id, ray, hit.primitive_id);
+    WriteComponent(view, view.geometry_id, ray, hit.geometry_id);
+    WriteComponent(view, view.instance_id, ray, hit.instance_id);
+    ++hits;
+  }
+  return hits;
+}
+
 /// Rays with hits, a lane each with the triangle at the same place of a triangle block.
 struct StoredRays {
   HWY_ALIGN float org[3][TriangleBlock::kCapacity];

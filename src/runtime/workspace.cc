@@ -90,6 +90,8 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   packets_.lane_bits = cutter.Cut<uint8_t>(packets_.bits_capacity);
   packets_.bits_top = 0;
   batch_.hits = cutter.Cut<Hit>(shape.rays);
+  outer_slots_ = {cutter.Cut<uint32_t>(shape.outer_slots), shape.outer_slots};
+  batch_.full_hits = cutter.Cut<FullHit>(shape.full_hits);
   for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.cones);
   batch_.cones.tangent = cutter.Cut<float>(shape.cones);
   batch_.cones.longest = cutter.Cut<float>(shape.cones);

@@ -17,7 +17,8 @@ namespace dacrt {
 /// The formula: what a call with `triangles` triangles and pieces of `rays` rays needs.
 ///
 ///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays
-///           + kConeBytes * cones + (kPacketSlotBytes + 1/8) * packet_slots + kConstantBytes
+///           + kConeBytes * cones + (kPacketSlotBytes + 1/8) * packet_slots
+///           + kFullHitBytes * full_hits + 4 * outer_slots + kConstantBytes
 ///
 /// refs: one for each triangle, unless the partition is kept. Space partition (mora2011) has as
 /// many again for the triangles that straddle a cut; where they do not suffice, objects are
@@ -36,6 +37,10 @@ namespace dacrt {
 ///
 /// packet_slots: places for packets of 16 coherent rays, where the partition is kept: six a packet.
 /// Packets are always filtered in front of leaves, so that blocks do not halve as those of rays do.
+///
+/// full_hits: one a ray for scenes of more than still triangles.
+///
+/// outer_slots: one a ray for rays in the space of an instance.
 struct WorkspaceShape {
   /// How many lists of all packets the stack of lists can hold.
   static constexpr std::size_t kPacketLists = 48;
@@ -44,6 +49,7 @@ struct WorkspaceShape {
   static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
   static constexpr std::size_t kConeBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
   static constexpr std::size_t kPacketSlotBytes = PacketBatch::kFields * sizeof(float);
+  static constexpr std::size_t kFullHitBytes = sizeof(FullHit);
   static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
@@ -56,7 +62,8 @@ struct WorkspaceShape {
 
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
-           kConeBytes * cones + kPacketSlotBytes * packet_slots + packet_slots / 8 + kConstantBytes;
+           kConeBytes * cones + kPacketSlotBytes * packet_slots + packet_slots / 8 +
+           kFullHitBytes * full_hits + sizeof(uint32_t) * outer_slots + kConstantBytes;
   }
 
   std::size_t refs;
@@ -64,6 +71,8 @@ struct WorkspaceShape {
   std::size_t rays;
   std::size_t cones;
   std::size_t packet_slots;
+  std::size_t full_hits = 0;
+  std::size_t outer_slots = 0;
 };
 
 /// One block of memory, kept between calls and grown when a call needs more.
@@ -78,11 +87,14 @@ class Workspace {
   /// The empty batch.
   const RayBatch& batch() const { return batch_; }
   const PacketBatch& packets() const { return packets_; }
+  /// Where the rays of an instance stand in the batch of the scene that it is in.
+  std::span<uint32_t> outer_slots() const { return outer_slots_; }
   Scratch& scratch() const { return *scratch_; }
 
  private:
   Pages memory_;
   std::span<TriangleRef> refs_;
+  std::span<uint32_t> outer_slots_;
   Scratch* scratch_ = nullptr;
   RayBatch batch_{};
   PacketBatch packets_{};
@@ -99,6 +111,7 @@ class WorkspacePool {
     Loan(const Loan&) = delete;
     Loan& operator=(const Loan&) = delete;
     Workspace* operator->() const { return workspace_.get(); }
+    Workspace& operator*() const { return *workspace_; }
 
     /// Workspace::Reserve, counted by the pool.
     void Reserve(const WorkspaceShape& shape);

@@ -7,14 +7,18 @@
 #include <new>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "dacrt/dacrt.h"
 #include "engine/call_plan.h"
 #include "engine/device.h"
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
+#include "partition/grid.h"
 #include "partition/kept_partition.h"
+#include "scene/scene_parts.h"
 #include "solve/solve.h"
 
 namespace dacrt {
@@ -49,69 +53,169 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
   statistics.seconds_storing = of(Step::kStoring);
 }
 
-std::vector<TriangleMesh> StillTriangles(std::span<const Geometry> geometries) {
-  std::vector<TriangleMesh> meshes;
-  for (const Geometry& geometry : geometries) {
-    if (geometry.shape != Shape::kTriangles || geometry.vertices.size() != 1) {
-      throw std::invalid_argument("Scene: only still triangle meshes are supported yet");
-    }
-    TriangleMesh mesh;
-    mesh.vertices = geometry.vertices[0].data;
-    mesh.vertex_stride = geometry.vertices[0].stride;
-    mesh.vertex_count = geometry.vertex_count;
-    mesh.triangles = geometry.primitives.data;
-    mesh.triangle_stride = geometry.primitives.stride;
-    mesh.triangle_count = geometry.primitive_count;
-    mesh.geometry_id = geometry.geometry_id;
-    mesh.mask = geometry.mask;
-    meshes.push_back(mesh);
+void CheckOptions(const CallOptions& options) {
+  if (options.callback_width < 1 || options.callback_width > CallbackPacket::kMostLanes) {
+    throw std::invalid_argument("Trace: options.callback_width is " +
+                                std::to_string(options.callback_width) + ", not 1 to " +
+                                std::to_string(CallbackPacket::kMostLanes));
   }
-  return meshes;
+}
+
+/// Whether a geometry is a still triangle mesh that needs nothing beyond the triangle test.
+bool IsPlain(const Geometry& geometry) {
+  return geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1 &&
+         !geometry.closest_filter && !geometry.any_filter;
+}
+
+TriangleMesh ToTriangleMesh(const Geometry& geometry) {
+  TriangleMesh mesh;
+  mesh.vertices = geometry.vertices[0].data;
+  mesh.vertex_stride = geometry.vertices[0].stride;
+  mesh.vertex_count = geometry.vertex_count;
+  mesh.triangles = geometry.primitives.data;
+  mesh.triangle_stride = geometry.primitives.stride;
+  mesh.triangle_count = geometry.primitive_count;
+  mesh.geometry_id = geometry.geometry_id;
+  mesh.mask = geometry.mask;
+  return mesh;
 }
 
 }  // namespace
 
 class Scene::Implementation {
  public:
-  Implementation(std::shared_ptr<Device> shared_device, std::span<const TriangleMesh> all,
-                 Keep keep)
-      : device(std::move(shared_device)), meshes(all) {
-    if (!device) throw std::invalid_argument("Scene: device is null");
-    const std::size_t most = meshes.triangle_count();
+  Implementation(std::shared_ptr<Device> shared_device, MeshTable meshes, Keep keep,
+                 std::vector<std::shared_ptr<const Scene>> scenes)
+      : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
+    const std::size_t most = parts.meshes.triangle_count();
     if (most > 0 && Engine().Keeps(most, keep)) {
-      kept = std::make_unique<KeptPartition>(meshes, Engine().BudgetBytes(most));
-      bounds = kept->bounds();
-      triangle_count = kept->triangle_count();
+      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most));
+      parts.bounds = parts.kept->bounds();
+      parts.triangle_count = parts.kept->triangle_count();
     } else {
       CountTriangles();
     }
+    has_callbacks = parts.meshes.shapes() && parts.meshes.shapes()->has_callbacks();
+    for (const auto& scene : instanced) has_callbacks |= scene->implementation_->has_callbacks;
+  }
+
+  static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
+                             bool robust) {
+    if (!device) throw std::invalid_argument("Scene: device is null");
+    if (!robust && std::all_of(geometries.begin(), geometries.end(), IsPlain)) {
+      std::vector<TriangleMesh> meshes;
+      for (const Geometry& geometry : geometries) meshes.push_back(ToTriangleMesh(geometry));
+      return MeshTable(meshes);
+    }
+    std::vector<const SceneParts*> scenes;
+    for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
+    return MeshTable(geometries, scenes, robust);
+  }
+
+  static std::vector<std::shared_ptr<const Scene>> ScenesOf(std::span<const Geometry> geometries) {
+    std::vector<std::shared_ptr<const Scene>> scenes;
+    for (const Geometry& geometry : geometries) {
+      if (geometry.shape == Shape::kInstance) scenes.push_back(geometry.instanced_scene);
+    }
+    return scenes;
   }
 
   Device::Implementation& Engine() const { return *device->implementation_; }
 
-  Statistics Trace(Query query, const RayView& rays) const {
-    CallPlan plan(rays.count, Engine().tasks.threads(), kept != nullptr, Engine().settings);
-    std::deque<WorkspacePool::Loan> workspaces;
+  Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
+    CallPlan plan = PlanFor(rays.count);
+    std::deque<WorkerMemory> workspaces;
     ReserveWorkspaces(plan, workspaces);
     Statistics statistics;
     std::mutex mutex;
     std::atomic<std::size_t> next_piece{0};
     Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
-      const Statistics own = TracePieces(query, rays, plan, next_piece, workspaces[worker]);
+      const Statistics own =
+          TracePieces(query, rays, options, plan, next_piece, workspaces[worker]);
       const std::lock_guard lock(mutex);
       statistics += own;
     });
     return statistics;
   }
 
+  /// See Device::WorkspaceBytes.
+  std::size_t CallBytes(std::size_t ray_count) const {
+    const CallPlan plan = PlanFor(ray_count);
+    std::size_t bytes = Shape(plan).Bytes();
+    if (!instanced.empty()) bytes += InstanceShape(plan).Bytes();
+    bytes *= plan.workers;
+    std::size_t largest = parts.kept ? parts.triangle_count : 0;
+    for (const auto& scene : instanced) {
+      const SceneParts& inner = scene->implementation_->parts;
+      if (inner.kept) largest = std::max(largest, inner.triangle_count);
+    }
+    return bytes + (largest > 0 ? Grid::Bytes(largest) : 0);
+  }
+
   std::shared_ptr<Device> device;
-  MeshTable meshes;
-  Box bounds = Box::Empty();
-  std::size_t triangle_count = 0;
-  std::unique_ptr<KeptPartition> kept;  ///< null if nothing is kept
+  std::vector<std::shared_ptr<const Scene>> instanced;
+  SceneParts parts;
+  bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
 
  private:
+  /// What a worker needs. An idle second one where there are no instances.
+  struct WorkerMemory {
+    explicit WorkerMemory(WorkspacePool& pool) : own(pool) {}
+    WorkspacePool::Loan own;
+    std::optional<WorkspacePool::Loan> for_instance;
+  };
+
+  static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
+    if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
+    const std::string where =
+        "Scene: geometry " + std::to_string(geometry.geometry_id) + ": instanced_scene ";
+    if (!geometry.instanced_scene) throw std::invalid_argument(where + "is null");
+    const Implementation& inner = *geometry.instanced_scene->implementation_;
+    if (inner.device.get() != device) {
+      throw std::invalid_argument(where + "belongs to another device");
+    }
+    return &inner.parts;
+  }
+
+  /// A callback is called by the thread that calls.
+  CallPlan PlanFor(std::size_t ray_count) const {
+    const std::size_t threads = has_callbacks ? 1 : Engine().tasks.threads();
+    return CallPlan(ray_count, threads, parts.kept != nullptr, Engine().settings);
+  }
+
+  WorkspaceShape Shape(const CallPlan& plan) const {
+    WorkspaceShape shape(parts.triangle_count, plan.piece_rays, parts.kept != nullptr,
+                         Engine().settings);
+    if (parts.meshes.shapes()) shape.full_hits = shape.rays;
+    return shape;
+  }
+
+  /// For rays in the space of any of the instances.
+  WorkspaceShape InstanceShape(const CallPlan& plan) const {
+    // Gathered at once; more would save little, as the partition is there for all.
+    constexpr std::size_t kMostRays = 8192;
+    std::size_t triangles = 0;
+    bool keeps = true;
+    for (const auto& scene : instanced) {
+      const SceneParts& inner = scene->implementation_->parts;
+      if (inner.kept) continue;
+      keeps = false;
+      triangles = std::max(triangles, inner.triangle_count);
+    }
+    const std::size_t rays = std::min(plan.piece_rays, kMostRays);
+    WorkspaceShape shape(triangles, rays, /*keeps=*/true, Engine().settings);
+    const WorkspaceShape unkept(triangles, rays, /*keeps=*/false, Engine().settings);
+    if (!keeps) {
+      shape.refs = unkept.refs;
+      shape.slots = std::max(shape.slots, unkept.slots);
+    }
+    shape.outer_slots = rays;
+    return shape;
+  }
+
   void CountTriangles() {
+    const MeshTable& meshes = parts.meshes;
+    Box& bounds = parts.bounds;
     const auto all = meshes.meshes();
     for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
       for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
@@ -119,34 +223,38 @@ class Scene::Implementation {
         if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
         bounds.Extend(ref.lower);
         bounds.Extend(ref.upper);
-        ++triangle_count;
+        ++parts.triangle_count;
       }
     }
   }
 
   /// One for each worker; with a smaller plan if the memory for this one cannot be had.
-  void ReserveWorkspaces(CallPlan& plan, std::deque<WorkspacePool::Loan>& workspaces) const {
+  void ReserveWorkspaces(CallPlan& plan, std::deque<WorkerMemory>& workspaces) const {
+    WorkspacePool& pool = Engine().workspaces;
     for (;;) {
       try {
-        const WorkspaceShape shape(triangle_count, plan.piece_rays, kept != nullptr,
-                                   Engine().settings);
         for (std::size_t worker = 0; worker < plan.workers; ++worker) {
-          workspaces.emplace_back(Engine().workspaces).Reserve(shape);
+          WorkerMemory& memory = workspaces.emplace_back(pool);
+          memory.own.Reserve(Shape(plan));
+          if (!instanced.empty()) memory.for_instance.emplace(pool).Reserve(InstanceShape(plan));
         }
         return;
       } catch (const std::bad_alloc&) {
         workspaces.clear();
-        Engine().workspaces.ReleaseIdle();
+        pool.ReleaseIdle();
         if (!plan.Shrink()) throw;
       }
     }
   }
 
   /// Works on pieces until none is left.
-  Statistics TracePieces(Query query, const RayView& rays, const CallPlan& plan,
-                         std::atomic<std::size_t>& next_piece,
-                         WorkspacePool::Loan& workspace) const {
+  Statistics TracePieces(Query query, const RayView& rays, const CallOptions& options,
+                         const CallPlan& plan, std::atomic<std::size_t>& next_piece,
+                         WorkerMemory& memory) const {
     const Device::Implementation& engine = Engine();
+    const MeshTable& meshes = parts.meshes;
+    KeptPartition* const kept = parts.kept.get();
+    const WorkspacePool::Loan& workspace = memory.own;
     Statistics statistics;
     StepClock clock;
     std::optional<TriangleRange> triangles;
@@ -155,9 +263,22 @@ class Scene::Implementation {
       const std::size_t count = std::min(plan.piece_rays, rays.count - first);
       RayBatch batch = workspace->batch();
       PacketBatch packets = workspace->packets();
-      const SolveTask task{meshes,     engine.settings, workspace->refs(),
-                           batch,      packets,         workspace->scratch(),
-                           statistics, clock,           kept.get()};
+      const CallFrame frame{rays,
+                            first,
+                            options,
+                            engine.kernels,
+                            rays.instance_value,
+                            memory.for_instance ? &**memory.for_instance : nullptr};
+      const SolveTask task{meshes,
+                           engine.settings,
+                           workspace->refs(),
+                           batch,
+                           packets,
+                           workspace->scratch(),
+                           statistics,
+                           clock,
+                           kept,
+                           meshes.shapes() ? &frame : nullptr};
       const RayBlock active = [&] {
         const StepClock::Charge charge(clock, Step::kLoading);
         return LoadRays(rays, first, count, query, meshes, batch);
@@ -179,44 +300,51 @@ class Scene::Implementation {
   }
 
   std::span<TriangleRef> RefsOf(const WorkspacePool::Loan& workspace) const {
-    return workspace->refs().first(triangle_count);
+    return workspace->refs().first(parts.triangle_count);
   }
 };
 
-Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep)
-    : implementation_(std::make_unique<Implementation>(std::move(device), meshes, keep)) {}
+Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
+  if (!device) throw std::invalid_argument("Scene: device is null");
+  implementation_ = std::make_unique<Implementation>(std::move(device), MeshTable(meshes), keep,
+                                                     std::vector<std::shared_ptr<const Scene>>());
+}
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
-             const SceneOptions& options)
-    : Scene(std::move(device), std::span<const TriangleMesh>(StillTriangles(geometries)),
-            options.keep) {}
+             const SceneOptions& options) {
+  MeshTable meshes = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(
+      std::move(device), std::move(meshes), options.keep, Implementation::ScenesOf(geometries));
+}
 
 Scene::~Scene() = default;
 
 Bounds Scene::bounds() const {
-  const Box& box = implementation_->bounds;
+  const Box& box = implementation_->parts.bounds;
   return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
 }
 
-std::size_t Scene::triangle_count() const { return implementation_->triangle_count; }
+std::size_t Scene::triangle_count() const { return implementation_->parts.triangle_count; }
 
 std::size_t Scene::KeptBytes() const {
-  return implementation_->kept ? implementation_->kept->BytesReserved() : 0;
+  const auto& kept = implementation_->parts.kept;
+  return kept ? kept->BytesReserved() : 0;
 }
 
 std::size_t Scene::KeptBytesUsed() const {
-  return implementation_->kept ? implementation_->kept->BytesUsed() : 0;
+  const auto& kept = implementation_->parts.kept;
+  return kept ? kept->BytesUsed() : 0;
 }
 
 std::size_t Scene::WorkspaceBytes(std::size_t ray_count) const {
-  return implementation_->Engine().CallBytes(triangle_count(), ray_count,
-                                             implementation_->kept != nullptr);
+  return implementation_->CallBytes(ray_count);
 }
 
-Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions&) const {
+Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions& options) const {
   CheckRays(rays);
+  CheckOptions(options);
   if (rays.count == 0 || triangle_count() == 0) return {};
-  return implementation_->Trace(query, rays);
+  return implementation_->Trace(query, rays, options);
 }
 
 }  // namespace dacrt

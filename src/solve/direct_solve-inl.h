@@ -40,30 +40,40 @@ struct MeetingPairs {
 /// compared by its name: so the depth test here has slack, and IsCloser decides.
 constexpr float kDepthSlack = 1.0f + 0x1p-20f;
 
-/// Tests a vector of pairs. False if none meets; `pairs` is then untouched.
-HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
-                          MeetingPairs& pairs) {
-  const V zero = hn::Zero(kFloat);
-  const PairTerms terms = EdgeTerms(rays.org, rays.dir, triangles);
-  M meet = hn::And(hn::And(hn::Ge(terms.u, zero), hn::Ge(terms.v, zero)),
-                   hn::And(hn::Le(hn::Add(terms.u, terms.v), terms.den), hn::Ne(terms.den, zero)));
-  if (hn::AllFalse(kFloat, meet)) return false;
-
-  const V t = DepthTerm(triangles, terms);
-  const V limit = hn::Mul(terms.den, rays.tfar);
-  meet = hn::And(hn::And(meet, hn::Ge(t, zero)),
-                 hn::And(hn::Lt(hn::Mul(terms.den, rays.tnear), t),
+/// Of the pairs in `meet`, which pass the edge tests, those that meet within the ray's interval, at
+/// `t` / `den`. False if none does; `pairs` is then untouched.
+HWY_INLINE bool MeetInDepth(const TestRays& rays, const WideBox& own_box, V t, V den, M meet,
+                            MeetingPairs& pairs) {
+  const V limit = hn::Mul(den, rays.tfar);
+  meet = hn::And(hn::And(meet, hn::Ge(t, hn::Zero(kFloat))),
+                 hn::And(hn::Lt(hn::Mul(den, rays.tnear), t),
                          hn::Le(t, hn::Mul(limit, hn::Set(kFloat, kDepthSlack)))));
   if (hn::AllFalse(kFloat, meet)) return false;
 
-  const Interval interval = IntersectBox(triangles.own_box, rays.org, rays.reciprocal);
+  const Interval interval = IntersectBox(own_box, rays.org, rays.reciprocal);
   meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
   if (hn::AllFalse(kFloat, meet)) return false;
 
   pairs.lanes = Bits(meet);
   pairs.within_limit = Bits(hn::Le(t, limit));
-  hn::Store(hn::Max(hn::Div(t, terms.den), interval.entry), kFloat, pairs.key);
+  hn::Store(hn::Max(hn::Div(t, den), interval.entry), kFloat, pairs.key);
   return true;
+}
+
+/// Pairs of which the ray passes inside of the triangle's edges.
+HWY_INLINE M PassesInside(const PairTerms& terms) {
+  const V zero = hn::Zero(kFloat);
+  return hn::And(hn::And(hn::Ge(terms.u, zero), hn::Ge(terms.v, zero)),
+                 hn::And(hn::Le(hn::Add(terms.u, terms.v), terms.den), hn::Ne(terms.den, zero)));
+}
+
+/// Tests a vector of pairs. False if none meets; `pairs` is then untouched.
+HWY_INLINE bool TestPairs(const TestRays& rays, const TestTriangles& triangles,
+                          MeetingPairs& pairs) {
+  const PairTerms terms = EdgeTerms(rays.org, rays.dir, triangles);
+  const M meet = PassesInside(terms);
+  if (hn::AllFalse(kFloat, meet)) return false;
+  return MeetInDepth(rays, triangles.own_box, DepthTerm(triangles, terms), terms.den, meet, pairs);
 }
 
 HWY_INLINE TestRays LoadTestRays(const RayBatch& batch, size_t slot) {

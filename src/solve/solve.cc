@@ -18,7 +18,7 @@ template <Query kQuery>
 void SolveFor(const SolveTask& task, const TriangleRange& triangles, const RayBlock& rays) {
   if (task.kept) {
     KeptSolver<kQuery>(task).Solve(rays);
-  } else if (task.settings.algorithm == Algorithm::kMora2011) {
+  } else if (task.settings.algorithm == Algorithm::kMora2011 && !task.frame) {
     SpaceSolver<kQuery>(task).Solve(triangles, rays);
   } else {
     ObjectSolver<kQuery>(task).Solve(triangles, rays, 1);
@@ -36,9 +36,9 @@ void SolvePiece(Query query, const SolveTask& task, const TriangleRange& triangl
 
 size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTask& task,
                   const RayBlock& rays) {
-  return query == Query::kClosest
-             ? StoreClosest(view, first, task.meshes, task.batch, rays, task.scratch.triangles)
-             : StoreBlocked(view, first, task.batch, rays);
+  if (query == Query::kAny) return StoreBlocked(view, first, task.batch, rays);
+  if (task.frame) return StoreFullHits(view, first, task.batch, rays);
+  return StoreClosest(view, first, task.meshes, task.batch, rays, task.scratch.triangles);
 }
 
 }  // namespace

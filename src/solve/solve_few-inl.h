@@ -14,6 +14,7 @@
 
 #include "partition/split_by_grid-inl.h"
 #include "solve/direct_solve-inl.h"
+#include "solve/solve_items-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -22,22 +23,31 @@ namespace HWY_NAMESPACE {
 /// Rays up to which each goes its own way.
 constexpr size_t kLonelyRays = 2;
 
-/// Loads the triangles of leaf i of `node` into the scratch, and counts their tests by `rays` rays.
-HWY_INLINE void GatherLeaf(const SolveTask& task, const WideNode& node, size_t i, size_t rays) {
-  const uint32_t* const numbers = task.kept->triangles().data() + node.Number(i);
-  GatherTriangles(
-      task.meshes, node.Kind(i), [&](size_t k) { return task.meshes.Locate(numbers[k]); },
-      task.scratch.triangles);
+/// Triangles [begin, begin + count) of the kept order, for a direct solve with `rays` rays.
+/// False if they are solved then, because the scene holds more than still triangles; else they are
+/// in the scratch.
+template <Query kQuery>
+HWY_INLINE bool GatherKept(const SolveTask& task, size_t begin, size_t count, size_t rays,
+                           const RaySelection& selection) {
+  const uint32_t* const numbers = task.kept->triangles().data() + begin;
+  const auto name = [&](size_t k) { return task.meshes.Locate(numbers[k]); };
   ++task.statistics.direct_solves;
   task.statistics.direct_rays += rays;
-  task.statistics.triangle_tests += rays * node.Kind(i);
+  task.statistics.triangle_tests += rays * count;
+  if (HWY_UNLIKELY(task.frame != nullptr)) {
+    ItemSolver<kQuery>(task).Solve(count, name, selection);
+    return false;
+  }
+  GatherTriangles(task.meshes, count, name, task.scratch.triangles);
+  return true;
 }
 
 /// Tests every ray of `rays` against every triangle of leaf i of `node`.
 template <Query kQuery>
 inline void SolveLeaf(const SolveTask& task, const WideNode& node, size_t i, const RayBlock& rays) {
-  GatherLeaf(task, node, i, rays.count);
-  TestBlock<kQuery>(task, rays);
+  if (GatherKept<kQuery>(task, node.Number(i), node.Kind(i), rays.count, RaySelection::All(rays))) {
+    TestBlock<kQuery>(task, rays);
+  }
 }
 
 /// Tests a ray against every triangle of a subset.
@@ -45,15 +55,10 @@ template <Query kQuery>
 inline void SolveSubsetDirectly(const SolveTask& task, const Subset& subset, size_t slot) {
   for (size_t begin = 0; begin < subset.count; begin += TriangleBlock::kCapacity) {
     const size_t count = std::min(subset.count - begin, TriangleBlock::kCapacity);
-    const uint32_t* const numbers = task.kept->triangles().data() + subset.begin + begin;
-    GatherTriangles(
-        task.meshes, count, [&](size_t k) { return task.meshes.Locate(numbers[k]); },
-        task.scratch.triangles);
-    TestRayByTriangles<kQuery>(task, slot);
+    if (GatherKept<kQuery>(task, subset.begin + begin, count, 1, {slot, 1})) {
+      TestRayByTriangles<kQuery>(task, slot);
+    }
   }
-  ++task.statistics.direct_solves;
-  ++task.statistics.direct_rays;
-  task.statistics.triangle_tests += subset.count;
 }
 
 template <Query kQuery>
@@ -126,7 +131,8 @@ class FewSolver {
   void SolveChild(const WideNode& node, size_t i, size_t slot, uint64_t lanes) const {
     const size_t rays = hwy::PopCount(lanes);
     if (node.IsLeaf(i)) {
-      GatherLeaf(task_, node, i, rays);
+      const RaySelection selection = RaySelection::Lanes(slot, lanes);
+      if (!GatherKept<kQuery>(task_, node.Number(i), node.Kind(i), rays, selection)) return;
       const size_t vectors_by_triangles = rays * hwy::DivCeil(size_t{node.Kind(i)}, Lanes());
       if (vectors_by_triangles < node.Kind(i)) {
         ForEachLane(lanes, [&](size_t lane) { TestRayByTriangles<kQuery>(task_, slot + lane); });
@@ -202,14 +208,9 @@ class FewSolver {
   }
 
   void SolveTriangles(const Open& leaf, size_t slot) const {
-    const uint32_t* const numbers = kept_.triangles().data() + leaf.number;
-    GatherTriangles(
-        task_.meshes, leaf.kind, [&](size_t k) { return task_.meshes.Locate(numbers[k]); },
-        task_.scratch.triangles);
-    TestRayByTriangles<kQuery>(task_, slot);
-    ++task_.statistics.direct_solves;
-    ++task_.statistics.direct_rays;
-    task_.statistics.triangle_tests += leaf.kind;
+    if (GatherKept<kQuery>(task_, leaf.number, leaf.kind, 1, {slot, 1})) {
+      TestRayByTriangles<kQuery>(task_, slot);
+    }
   }
 
   /// A ray in all lanes of a vector of children.

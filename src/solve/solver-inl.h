@@ -17,6 +17,7 @@
 #include "rays/sample_rays-inl.h"
 #include "solve/direct_solve-inl.h"
 #include "solve/filter_rays-inl.h"
+#include "solve/solve_items-inl.h"
 #include "solve/solve_task.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,7 +50,21 @@ class Solver {
 
   void SolveDirectly(const TriangleRange& triangles, const RayBlock& rays) const {
     const StepClock::Charge charge(task_.clock, Step::kDirect);
+    if (task_.frame) return SolveItems(triangles, rays);
     SolveDirect<kQuery>(task_, triangles, rays);
+  }
+
+  void SolveItems(const TriangleRange& triangles, const RayBlock& rays) const {
+    ++task_.statistics.direct_solves;
+    task_.statistics.direct_rays += rays.count;
+    task_.statistics.triangle_tests += rays.count * triangles.count();
+    const TriangleRef* const refs = task_.refs.data() + triangles.begin;
+    ItemSolver<kQuery>(task_).Solve(
+        triangles.count(),
+        [&](size_t i) {
+          return MeshTable::Name{refs[i].mesh, refs[i].primitive};
+        },
+        RaySelection::All(rays));
   }
 
   void TakeSamples(const RayBlock& rays, size_t count) const {

@@ -1,0 +1,335 @@
+#include "geometry/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "scene/scene_parts.h"
+
+namespace dacrt {
+namespace {
+
+/// Squares of larger coordinates overflow.
+constexpr float kLargest = 1.8e18f;
+constexpr std::size_t kMostSteps = 129;
+constexpr uint32_t kLeastGrid = 2, kMostGrid = 32767;
+
+template <class T>
+T Read(const Array& array, std::size_t i, std::size_t offset = 0) {
+  T value;
+  std::memcpy(&value, static_cast<const char*>(array.data) + i * array.stride + offset * sizeof(T),
+              sizeof(T));
+  return value;
+}
+
+bool HasFacets(Shape shape) {
+  return shape == Shape::kTriangles || shape == Shape::kQuads || shape == Shape::kGrids;
+}
+
+bool HasPoints(Shape shape) {
+  return shape == Shape::kSpheres || shape == Shape::kDiscs || shape == Shape::kOrientedDiscs;
+}
+
+std::string Where(uint32_t geometry_id) {
+  return "Scene: geometry " + std::to_string(geometry_id) + ": ";
+}
+
+void CheckArray(const Array& array, const char* name, const Geometry& geometry) {
+  if (array.data == nullptr) {
+    throw std::invalid_argument(Where(geometry.geometry_id) + name + " is null");
+  }
+  if (reinterpret_cast<std::uintptr_t>(array.data) % 4 != 0 || array.stride % 4 != 0) {
+    throw std::invalid_argument(Where(geometry.geometry_id) + name +
+                                " has an address or stride that is not a multiple of 4");
+  }
+}
+
+void CheckSteps(std::size_t steps, const char* name, const Geometry& geometry) {
+  if (steps >= 1 && steps <= kMostSteps) return;
+  throw std::invalid_argument(Where(geometry.geometry_id) + name + " has " + std::to_string(steps) +
+                              " time steps, not 1 to 129");
+}
+
+void CheckArrays(const Geometry& geometry) {
+  CheckSteps(geometry.vertices.size(), "vertices", geometry);
+  if (geometry.primitive_count == 0) return;
+  for (const Array& array : geometry.vertices) CheckArray(array, "vertices", geometry);
+  if (HasFacets(geometry.shape)) CheckArray(geometry.primitives, "primitives", geometry);
+  if (geometry.shape != Shape::kOrientedDiscs) return;
+  if (geometry.normals.size() != geometry.vertices.size()) {
+    throw std::invalid_argument(Where(geometry.geometry_id) +
+                                "normals and vertices differ in their time steps");
+  }
+  for (const Array& array : geometry.normals) CheckArray(array, "normals", geometry);
+}
+
+/// As Embree does it, so that moving vertices have its bits.
+float Interpolate(float a, float b, float fraction) {
+  return std::fma(1.0f - fraction, a, fraction * b);
+}
+
+bool IsUsable(const float* corner) {
+  // Negated, so that a coordinate which is not a number fails as well.
+  return std::abs(corner[0]) <= kLargest && std::abs(corner[1]) <= kLargest &&
+         std::abs(corner[2]) <= kLargest;
+}
+
+bool IsUsable(const Bounds& bounds) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(bounds.lower[axis] <= bounds.upper[axis])) return false;
+  }
+  return IsUsable(bounds.lower) && IsUsable(bounds.upper);
+}
+
+/// The box of a transformed box, wide enough for the rounding of rays that are transformed back.
+Box TransformBox(const AffineTransform& transform, const Box& box) {
+  Box out = Box::Empty();
+  for (int axis = 0; axis < 3; ++axis) {
+    double lower = transform.column[3][axis], upper = lower, size = std::abs(lower);
+    for (int i = 0; i < 3; ++i) {
+      const double a = double{transform.column[i][axis]} * box.lower[i];
+      const double b = double{transform.column[i][axis]} * box.upper[i];
+      lower += std::min(a, b);
+      upper += std::max(a, b);
+      size += std::max(std::abs(a), std::abs(b));
+    }
+    constexpr double kSlack = 0x1p-20;
+    out.lower[axis] = static_cast<float>(lower - kSlack * size);
+    out.upper[axis] = static_cast<float>(upper + kSlack * size);
+  }
+  return out;
+}
+
+void Extend(Box& box, const Box& other) {
+  box.Extend(other.lower);
+  box.Extend(other.upper);
+}
+
+/// A rotation takes each point of a box no further from the origin than it was: bounds of the
+/// instance between two steps that are in parts.
+Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box) {
+  double radius = 0;
+  Box translations = Box::Empty();
+  for (const TransformStep* step : {&a, &b}) {
+    TransformStep still = *step;
+    for (int i = 0; i < 4; ++i) still.parts.quaternion[i] = i == 0;
+    for (float& value : still.parts.translation) value = 0;
+    const Box scaled = TransformBox(TransformAt({&still, 1}, {}, 0), box);
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double far = std::max(std::abs(scaled.lower[axis]), std::abs(scaled.upper[axis]));
+      square += far * far;
+    }
+    radius = std::max(radius, std::sqrt(square));
+    translations.Extend(step->parts.translation);
+  }
+  Box out = translations;
+  for (int axis = 0; axis < 3; ++axis) {
+    out.lower[axis] = static_cast<float>(out.lower[axis] - radius * (1 + 0x1p-20));
+    out.upper[axis] = static_cast<float>(out.upper[axis] + radius * (1 + 0x1p-20));
+  }
+  return out;
+}
+
+}  // namespace
+
+Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust)
+    : geometries_(std::move(geometries)), derived_(geometries_.size()), robust_(robust) {
+  for (uint32_t i = 0; i < geometries_.size(); ++i) {
+    derived_[i].scene = scenes[i];
+    Derive(i);
+  }
+}
+
+void Shapes::Derive(uint32_t geometry) {
+  const Geometry& g = geometries_[geometry];
+  Derived& derived = derived_[geometry];
+  derived.item_count = g.primitive_count;
+  if (g.shape == Shape::kInstance) return DeriveInstance(geometry);
+  if (g.shape == Shape::kUser) {
+    CheckSteps(g.user_time_steps, "user_time_steps", g);
+    derived.steps = g.user_time_steps;
+    if (!g.bounds.function) derived.item_count = 0;
+    for (uint32_t item = 0; item < derived.item_count; ++item) {
+      Box all = Box::Empty();
+      bool usable = true;
+      for (uint32_t step = 0; step < derived.steps; ++step) {
+        Bounds bounds{{1, 1, 1}, {-1, -1, -1}};
+        g.bounds.function(g.bounds.data, item, step, bounds);
+        usable &= IsUsable(bounds);
+        all.Extend(bounds.lower);
+        all.Extend(bounds.upper);
+      }
+      derived.bounds.push_back(usable ? all : Box::Empty());
+    }
+    return;
+  }
+  CheckArrays(g);
+  derived.steps = static_cast<uint32_t>(g.vertices.size());
+  if (g.shape != Shape::kGrids) return;
+  std::size_t cells = 0;
+  for (uint32_t grid = 0; grid < g.primitive_count; ++grid) {
+    if (cells >= UINT32_MAX) throw std::length_error(Where(g.geometry_id) + "too many grid cells");
+    derived.first_cells.push_back(static_cast<uint32_t>(cells));
+    const auto primitive = Read<GridPrimitive>(g.primitives, grid);
+    const auto is_legal = [](uint32_t count) { return count >= kLeastGrid && count <= kMostGrid; };
+    if (!is_legal(primitive.width) || !is_legal(primitive.height)) continue;
+    cells += std::size_t{primitive.width - 1u} * (primitive.height - 1u);
+  }
+  derived.item_count = cells;
+}
+
+void Shapes::DeriveInstance(uint32_t geometry) {
+  const Geometry& g = geometries_[geometry];
+  Derived& derived = derived_[geometry];
+  CheckSteps(g.transforms.size(), "transforms", g);
+  derived.item_count = 1;
+  derived.steps = static_cast<uint32_t>(g.transforms.size());
+  const Box& box = derived.scene->bounds;
+  Box all = Box::Empty();
+  if (!box.IsEmpty()) {
+    for (std::size_t i = 0; i < g.transforms.size(); ++i) {
+      Extend(all, TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
+      if (i > 0 && g.transforms[i].in_parts) {
+        Extend(all, BoundRotation(g.transforms[i - 1], g.transforms[i], box));
+      }
+    }
+  }
+  derived.bounds.push_back(all);
+  derived.to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
+}
+
+bool Shapes::BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const {
+  const Geometry& g = geometries_[geometry];
+  const Derived& derived = derived_[geometry];
+  if (g.shape == Shape::kUser || g.shape == Shape::kInstance) {
+    bounds = derived.bounds[item];
+    return IsUsable(bounds.lower) && IsUsable(bounds.upper) && !bounds.IsEmpty();
+  }
+  bounds = Box::Empty();
+  uint32_t index[4] = {item};
+  std::size_t corners = 1;
+  if (HasFacets(g.shape) && !FacetIndices(geometry, item, index, corners)) return false;
+  if (!HasFacets(g.shape) && item >= g.vertex_count) return false;
+  for (uint32_t step = 0; step < derived.steps; ++step) {
+    for (std::size_t i = 0; i < corners; ++i) {
+      float corner[4] = {};
+      std::memcpy(
+          corner,
+          static_cast<const char*>(g.vertices[step].data) + index[i] * g.vertices[step].stride,
+          HasPoints(g.shape) ? 16 : 12);
+      if (!IsUsable(corner)) return false;
+      const float radius = corner[3];
+      if (!(radius >= 0 && radius <= kLargest)) return false;
+      for (int axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = std::min(bounds.lower[axis], corner[axis] - radius);
+        bounds.upper[axis] = std::max(bounds.upper[axis], corner[axis] + radius);
+      }
+    }
+    if (g.shape == Shape::kOrientedDiscs) {
+      float normal[3];
+      std::memcpy(normal,
+                  static_cast<const char*>(g.normals[step].data) + item * g.normals[step].stride,
+                  sizeof(normal));
+      if (!IsUsable(normal)) return false;
+    }
+  }
+  return true;
+}
+
+std::optional<Moment> Shapes::MomentAt(uint32_t geometry, float time) const {
+  const uint32_t steps = derived_[geometry].steps;
+  if (steps == 1) return Moment{};
+  const TimeRange& range = geometries_[geometry].time_range;
+  if (!(time >= range.begin && time <= range.end)) return std::nullopt;
+  const float segments = static_cast<float>(steps - 1);
+  const float place = (time - range.begin) / (range.end - range.begin) * segments;
+  // A range of no length is at its first step.
+  const float step = std::min(std::max(std::floor(place), 0.0f), segments - 1);
+  if (!(step >= 0)) return Moment{};
+  return Moment{static_cast<uint32_t>(step), place - step};
+}
+
+GridCell Shapes::CellOf(uint32_t geometry, uint32_t item) const {
+  const std::vector<uint32_t>& first = derived_[geometry].first_cells;
+  const auto grid =
+      static_cast<uint32_t>(std::upper_bound(first.begin(), first.end(), item) - first.begin() - 1);
+  const auto primitive = Read<GridPrimitive>(geometries_[geometry].primitives, grid);
+  const uint32_t cell = item - first[grid], columns = primitive.width - 1u;
+  return {grid, cell % columns, cell / columns, columns, primitive.height - 1u};
+}
+
+bool Shapes::FacetIndices(uint32_t geometry, uint32_t item, uint32_t* index,
+                          std::size_t& corners) const {
+  const Geometry& g = geometries_[geometry];
+  if (g.shape == Shape::kGrids) {
+    const GridCell cell = CellOf(geometry, item);
+    const auto grid = Read<GridPrimitive>(g.primitives, cell.primitive);
+    const std::size_t stride = grid.vertex_stride;
+    const std::size_t last = grid.first_vertex + stride * (cell.y + 1) + cell.x + 1;
+    if (last >= g.vertex_count) return false;
+    const auto first = static_cast<uint32_t>(grid.first_vertex + stride * cell.y + cell.x);
+    corners = 4;
+    index[0] = first;
+    index[1] = first + 1;
+    index[2] = static_cast<uint32_t>(last);
+    index[3] = static_cast<uint32_t>(last) - 1;
+    return true;
+  }
+  corners = g.shape == Shape::kQuads ? 4 : 3;
+  for (std::size_t i = 0; i < corners; ++i) {
+    index[i] = Read<uint32_t>(g.primitives, item, i);
+    if (index[i] >= g.vertex_count) return false;
+  }
+  return true;
+}
+
+bool Shapes::ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const {
+  const Geometry& g = geometries_[geometry];
+  uint32_t index[4];
+  std::size_t corners;
+  if (!FacetIndices(geometry, item, index, corners)) return false;
+  for (std::size_t i = 0; i < corners; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float value = Read<float>(g.vertices[moment.step], index[i], axis);
+      if (derived_[geometry].steps > 1) {
+        value = Interpolate(value, Read<float>(g.vertices[moment.step + 1], index[i], axis),
+                            moment.fraction);
+      }
+      facet.corner[i][axis] = value;
+    }
+  }
+  return true;
+}
+
+void Shapes::ReadPoint(uint32_t geometry, uint32_t item, Moment moment, Point& point) const {
+  const Geometry& g = geometries_[geometry];
+  const auto read = [&](const std::vector<Array>& arrays, std::size_t component) {
+    const float value = Read<float>(arrays[moment.step], item, component);
+    if (derived_[geometry].steps == 1) return value;
+    return Interpolate(value, Read<float>(arrays[moment.step + 1], item, component),
+                       moment.fraction);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    point.center[axis] = read(g.vertices, axis);
+    point.normal[axis] = g.shape == Shape::kOrientedDiscs ? read(g.normals, axis) : 0;
+  }
+  point.radius = read(g.vertices, 3);
+}
+
+AffineTransform Shapes::ToInstance(uint32_t geometry, float time) const {
+  if (!IsMoving(geometry)) return derived_[geometry].to_instance;
+  const Geometry& g = geometries_[geometry];
+  return Inverse(TransformAt(g.transforms, g.time_range, time));
+}
+
+bool Shapes::has_callbacks() const {
+  return std::any_of(geometries_.begin(), geometries_.end(), [](const Geometry& geometry) {
+    return geometry.shape == Shape::kUser || geometry.closest_filter || geometry.any_filter;
+  });
+}
+
+}  // namespace dacrt

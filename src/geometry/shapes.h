@@ -1,0 +1,101 @@
+// The geometries of a scene that holds more than still triangle meshes.
+//
+// What the engine partitions is an item: a primitive, or of a grid one of its cells. An item has
+// bounds over all times, and a name of two numbers, (geometry, item), as a triangle has.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dacrt/geometry.h"
+#include "geometry/box.h"
+
+namespace dacrt {
+
+struct SceneParts;
+
+/// Three or four corners: of a triangle, or of two, (0, 1, 3) and (2, 3, 1).
+struct Facet {
+  float corner[4][3];
+};
+
+/// A sphere or a disc.
+struct Point {
+  float center[3];
+  float radius;
+  float normal[3];  ///< of an oriented disc
+};
+
+/// A time between two time steps: `fraction` of the way from `step` to the one behind it.
+struct Moment {
+  uint32_t step = 0;
+  float fraction = 0;
+};
+
+/// A cell of a grid primitive.
+struct GridCell {
+  uint32_t primitive;
+  uint32_t x, y;
+  uint32_t columns, rows;  ///< of the grid
+};
+
+class Shapes {
+ public:
+  /// `geometries` are in the order in which equal distances are decided; `scenes` are those that
+  /// instances show, null for other geometries. Calls the bounds functions of user geometries.
+  /// Throws as Scene's constructor does.
+  Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust);
+
+  std::size_t size() const { return geometries_.size(); }
+  const Geometry& operator[](uint32_t geometry) const { return geometries_[geometry]; }
+  bool robust() const { return robust_; }
+  std::size_t ItemCount(uint32_t geometry) const { return derived_[geometry].item_count; }
+  bool IsMoving(uint32_t geometry) const { return derived_[geometry].steps > 1; }
+  const SceneParts* InstancedScene(uint32_t geometry) const { return derived_[geometry].scene; }
+
+  /// Bounds over all times. False if the item can not be hit.
+  bool BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const;
+
+  /// Nothing if the geometry is not there at `time`.
+  std::optional<Moment> MomentAt(uint32_t geometry, float time) const;
+
+  /// False if an index is outside the vertices.
+  bool ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const;
+  void ReadPoint(uint32_t geometry, uint32_t item, Moment moment, Point& point) const;
+
+  GridCell CellOf(uint32_t geometry, uint32_t item) const;
+
+  /// The primitive that an item belongs to.
+  uint32_t PrimitiveOf(uint32_t geometry, uint32_t item) const {
+    return geometries_[geometry].shape == Shape::kGrids ? CellOf(geometry, item).primitive : item;
+  }
+
+  /// From the scene's space to the instanced one's. `time` matters to moving instances.
+  AffineTransform ToInstance(uint32_t geometry, float time) const;
+
+  /// Whether a call needs callbacks; those of instanced scenes are not looked at.
+  bool has_callbacks() const;
+
+ private:
+  struct Derived {
+    std::size_t item_count = 0;
+    uint32_t steps = 1;
+    std::vector<uint32_t> first_cells;  ///< of each grid
+    std::vector<Box> bounds;            ///< of user primitives, or of an instance
+    AffineTransform to_instance;        ///< of a still instance
+    const SceneParts* scene = nullptr;  ///< of an instance
+  };
+
+  void Derive(uint32_t geometry);
+  void DeriveInstance(uint32_t geometry);
+  bool FacetIndices(uint32_t geometry, uint32_t item, uint32_t* index, std::size_t& corners) const;
+
+  std::vector<Geometry> geometries_;
+  std::vector<Derived> derived_;
+  bool robust_;
+};
+
+}  // namespace dacrt

@@ -1,0 +1,20 @@
+// What a committed scene consists of, for those who trace it: the scene itself, and instances.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "geometry/box.h"
+#include "geometry/mesh_table.h"
+#include "partition/kept_partition.h"
+
+namespace dacrt {
+
+struct SceneParts {
+  MeshTable meshes;
+  Box bounds = Box::Empty();
+  std::size_t triangle_count = 0;                 ///< items that can be hit, of any shape
+  std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept
+};
+
+}  // namespace dacrt

@@ -1,0 +1,17 @@
+// User primitives: rays are handed to the program's intersect and occluded functions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "solve/solve_task.h"
+
+namespace dacrt {
+
+/// Calls the function for some rays, at most CallOptions::callback_width of them, and takes over
+/// what it says of them.
+void CallUserFunction(Query query, const SolveTask& task, uint32_t geometry, uint32_t primitive,
+                      std::span<const std::size_t> slots);
+
+}  // namespace dacrt
