@@ -21,14 +21,11 @@ struct Corners {
 /// Meshes sorted by geometry ID, so that (mesh, primitive) compares as (geomID, primID) does.
 class MeshTable {
  public:
+  /// `scenes` are those that instances show, null for other geometries.
   /// Throws as Scene's constructor does.
-  explicit MeshTable(std::span<const TriangleMesh> meshes);
-
-  /// For geometries of any shape. Those that are not still triangles without filter functions,
-  /// have a mesh of as many items as the geometry, and no vertices. `scenes` are those that
-  /// instances show, null for other geometries.
   MeshTable(std::span<const Geometry> geometries, std::span<const SceneParts* const> scenes,
             bool robust);
+  explicit MeshTable(std::span<const TriangleMesh> meshes);
 
   std::span<const TriangleMesh> meshes() const { return meshes_; }
   const TriangleMesh& operator[](uint32_t mesh) const { return meshes_[mesh]; }
@@ -53,9 +50,11 @@ class MeshTable {
     return {mesh, number - first_[mesh]};
   }
 
-  /// Null if there is nothing but still triangles, each of which may be hit as it stands in its
-  /// mesh; else what the meshes' items are.
-  const Shapes* shapes() const { return shapes_.get(); }
+  /// Whether there is nothing but still triangles without filter functions, so that the triangle
+  /// test is all that a direct solve needs. Else the meshes have as many triangles as their
+  /// geometries have items, and no vertices.
+  bool is_plain() const { return is_plain_; }
+  const Shapes& shapes() const { return *shapes_; }
 
   /// Whether every mesh accepts every ray whose mask is not 0.
   bool all_masks_full() const { return all_masks_full_; }
@@ -79,13 +78,13 @@ class MeshTable {
   }
 
  private:
-  void AddMesh(const TriangleMesh& mesh, std::size_t place);
-  void NumberTriangles();
+  void Add(const TriangleMesh& mesh);
 
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::size_t triangle_count_ = 0;
   bool all_masks_full_ = true;
+  bool is_plain_;
   std::unique_ptr<const Shapes> shapes_;
 };
 

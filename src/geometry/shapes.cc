@@ -37,7 +37,8 @@ std::string Where(uint32_t geometry_id) {
   return "Scene: geometry " + std::to_string(geometry_id) + ": ";
 }
 
-void CheckArray(const Array& array, const char* name, const Geometry& geometry) {
+void CheckArray(const Array& array, std::size_t count, const char* name, const Geometry& geometry) {
+  if (count == 0) return;
   if (array.data == nullptr) {
     throw std::invalid_argument(Where(geometry.geometry_id) + name + " is null");
   }
@@ -56,14 +57,18 @@ void CheckSteps(std::size_t steps, const char* name, const Geometry& geometry) {
 void CheckArrays(const Geometry& geometry) {
   CheckSteps(geometry.vertices.size(), "vertices", geometry);
   if (geometry.primitive_count == 0) return;
-  for (const Array& array : geometry.vertices) CheckArray(array, "vertices", geometry);
-  if (HasFacets(geometry.shape)) CheckArray(geometry.primitives, "primitives", geometry);
+  for (const Array& array : geometry.vertices)
+    CheckArray(array, geometry.vertex_count, "vertices", geometry);
+  if (HasFacets(geometry.shape)) {
+    CheckArray(geometry.primitives, geometry.primitive_count, "primitives", geometry);
+  }
   if (geometry.shape != Shape::kOrientedDiscs) return;
   if (geometry.normals.size() != geometry.vertices.size()) {
     throw std::invalid_argument(Where(geometry.geometry_id) +
                                 "normals and vertices differ in their time steps");
   }
-  for (const Array& array : geometry.normals) CheckArray(array, "normals", geometry);
+  for (const Array& array : geometry.normals)
+    CheckArray(array, geometry.vertex_count, "normals", geometry);
 }
 
 /// As Embree does it, so that moving vertices have its bits.

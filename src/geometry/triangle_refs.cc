@@ -8,9 +8,9 @@ namespace dacrt {
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref) {
   ref.primitive = primitive;
   ref.mesh = mesh;
-  if (meshes.shapes()) {
+  if (!meshes.is_plain()) {
     Box bounds;
-    if (!meshes.shapes()->BoundItem(mesh, primitive, bounds)) return false;
+    if (!meshes.shapes().BoundItem(mesh, primitive, bounds)) return false;
     std::copy_n(bounds.lower, 3, ref.lower);
     std::copy_n(bounds.upper, 3, ref.upper);
     return true;

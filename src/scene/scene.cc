@@ -61,25 +61,6 @@ void CheckOptions(const CallOptions& options) {
   }
 }
 
-/// Whether a geometry is a still triangle mesh that needs nothing beyond the triangle test.
-bool IsPlain(const Geometry& geometry) {
-  return geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1 &&
-         !geometry.closest_filter && !geometry.any_filter;
-}
-
-TriangleMesh ToTriangleMesh(const Geometry& geometry) {
-  TriangleMesh mesh;
-  mesh.vertices = geometry.vertices[0].data;
-  mesh.vertex_stride = geometry.vertices[0].stride;
-  mesh.vertex_count = geometry.vertex_count;
-  mesh.triangles = geometry.primitives.data;
-  mesh.triangle_stride = geometry.primitives.stride;
-  mesh.triangle_count = geometry.primitive_count;
-  mesh.geometry_id = geometry.geometry_id;
-  mesh.mask = geometry.mask;
-  return mesh;
-}
-
 }  // namespace
 
 class Scene::Implementation {
@@ -95,18 +76,13 @@ class Scene::Implementation {
     } else {
       CountTriangles();
     }
-    has_callbacks = parts.meshes.shapes() && parts.meshes.shapes()->has_callbacks();
+    has_callbacks = parts.meshes.shapes().has_callbacks();
     for (const auto& scene : instanced) has_callbacks |= scene->implementation_->has_callbacks;
   }
 
   static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
                              bool robust) {
     if (!device) throw std::invalid_argument("Scene: device is null");
-    if (!robust && std::all_of(geometries.begin(), geometries.end(), IsPlain)) {
-      std::vector<TriangleMesh> meshes;
-      for (const Geometry& geometry : geometries) meshes.push_back(ToTriangleMesh(geometry));
-      return MeshTable(meshes);
-    }
     std::vector<const SceneParts*> scenes;
     for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
     return MeshTable(geometries, scenes, robust);
@@ -186,7 +162,7 @@ class Scene::Implementation {
   WorkspaceShape Shape(const CallPlan& plan) const {
     WorkspaceShape shape(parts.triangle_count, plan.piece_rays, parts.kept != nullptr,
                          Engine().settings);
-    if (parts.meshes.shapes()) shape.full_hits = shape.rays;
+    if (!parts.meshes.is_plain()) shape.full_hits = shape.rays;
     return shape;
   }
 
@@ -278,7 +254,7 @@ class Scene::Implementation {
                            statistics,
                            clock,
                            kept,
-                           meshes.shapes() ? &frame : nullptr};
+                           meshes.is_plain() ? nullptr : &frame};
       const RayBlock active = [&] {
         const StepClock::Charge charge(clock, Step::kLoading);
         return LoadRays(rays, first, count, query, meshes, batch);

@@ -56,7 +56,7 @@ template <Query kQuery>
 void OfferHit(const SolveTask& task, std::size_t slot, const Candidate& candidate) {
   if (!MayMeet(task, slot, candidate.geometry)) return;
   RayBatch& batch = task.batch;
-  const Geometry& geometry = (*task.meshes.shapes())[candidate.geometry];
+  const Geometry& geometry = task.meshes.shapes()[candidate.geometry];
   float& tfar = batch.tfar[slot];
   FullHit found{candidate.t,
                 {candidate.ng[0], candidate.ng[1], candidate.ng[2]},

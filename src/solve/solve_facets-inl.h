@@ -91,7 +91,7 @@ template <Query kQuery>
 class FacetSolver {
  public:
   FacetSolver(const SolveTask& task)
-      : task_(task), shapes_(*task.meshes.shapes()), block_(task.scratch.facets) {}
+      : task_(task), shapes_(task.meshes.shapes()), block_(task.scratch.facets) {}
 
   /// Tests the rays against the items named by `items`, at most kMostItems facets.
   void Solve(std::span<const MeshTable::Name> items, const RaySelection& rays) const {

@@ -22,7 +22,7 @@ void Transform(const AffineTransform& transform, const float* vector, bool is_po
 InstanceRays::InstanceRays(const SolveTask& task, uint32_t geometry)
     : task_(task),
       geometry_(geometry),
-      scene_(*task.meshes.shapes()->InstancedScene(geometry)),
+      scene_(*task.meshes.shapes().InstancedScene(geometry)),
       memory_(*task.frame->for_instance),
       batch_(memory_.batch()),
       most_(memory_.outer_slots().size()) {
@@ -36,7 +36,7 @@ void InstanceRays::Add(std::size_t slot) {
   const RayBatch& outer = task_.batch;
   const std::size_t to = count_++;
   const float time = task_.frame->TimeOf(outer.index[slot]);
-  const AffineTransform transform = task_.meshes.shapes()->ToInstance(geometry_, time);
+  const AffineTransform transform = task_.meshes.shapes().ToInstance(geometry_, time);
   const float org[3] = {outer.org[0][slot], outer.org[1][slot], outer.org[2][slot]};
   const float dir[3] = {outer.dir[0][slot], outer.dir[1][slot], outer.dir[2][slot]};
   float new_org[3], new_dir[3];

@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 template <Query kQuery>
 class ItemSolver {
  public:
-  explicit ItemSolver(const SolveTask& task) : task_(task), shapes_(*task.meshes.shapes()) {}
+  explicit ItemSolver(const SolveTask& task) : task_(task), shapes_(task.meshes.shapes()) {}
 
   /// Tests the rays against the items named by `name(i)`, i < count.
   template <class Name>

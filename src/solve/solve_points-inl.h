@@ -43,7 +43,7 @@ template <Query kQuery>
 class PointSolver {
  public:
   explicit PointSolver(const SolveTask& task)
-      : task_(task), shapes_(*task.meshes.shapes()), block_(task.scratch.points) {}
+      : task_(task), shapes_(task.meshes.shapes()), block_(task.scratch.points) {}
 
   /// Tests the rays against at most PointBlock::kCapacity points of one shape.
   void Solve(Shape shape, std::span<const MeshTable::Name> items, const RaySelection& rays) const {

@@ -48,7 +48,7 @@ struct SolveTask {
   Statistics& statistics;
   StepClock& clock;
   KeptPartition* kept;  ///< null if nothing is kept: then the references are partitioned
-  const CallFrame* frame = nullptr;  ///< set where meshes.shapes() is
+  const CallFrame* frame = nullptr;  ///< null where the meshes are plain, and not in an instance
 };
 
 }  // namespace dacrt

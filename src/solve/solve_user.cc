@@ -21,7 +21,7 @@ FullHit HitOf(const SolveTask& task, std::size_t slot, Query query) {
 
 void CallUserFunction(Query query, const SolveTask& task, uint32_t geometry, uint32_t primitive,
                       std::span<const std::size_t> slots) {
-  const Geometry& user = (*task.meshes.shapes())[geometry];
+  const Geometry& user = task.meshes.shapes()[geometry];
   const Callback& function = query == Query::kClosest ? user.intersect : user.occluded;
   if (!function || slots.empty()) return;
   CallbackPacket& packet = task.scratch.packet;

@@ -1,0 +1,572 @@
+// Scenes of every shape through the public API: right by what is known of each shape, and the same
+// bits whatever the settings.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "dacrt/dacrt.h"
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+using unit::Float3;
+using unit::kInfinity;
+using unit::Random;
+using unit::Ray;
+
+/// A ray that moves in time.
+struct TimedRay : Ray {
+  float time = 0;
+};
+
+RayView TimedView(std::span<TimedRay> rays) {
+  RayView view = unit::ViewOf({static_cast<Ray*>(rays.data()), 1});
+  view.count = rays.size();
+  view.packet_stride = sizeof(TimedRay);
+  view.time = reinterpret_cast<RayView::Component>(&rays[0].time);
+  return view;
+}
+
+/// Vertices and indices of any shape, with the geometry that describes them.
+struct Model {
+  std::vector<std::vector<float>> steps;  ///< floats of each time step's vertices
+  std::vector<float> normals;
+  std::vector<uint32_t> indices;
+  std::vector<GridPrimitive> grids;
+  Geometry geometry;
+
+  Geometry View(std::size_t floats_a_vertex) const {
+    Geometry view = geometry;
+    view.vertex_count = steps[0].size() / floats_a_vertex;
+    for (const auto& step : steps) {
+      view.vertices.push_back({step.data(), floats_a_vertex * sizeof(float)});
+    }
+    return view;
+  }
+};
+
+Model MakeTriangles(Random& random, std::size_t count) {
+  Model model;
+  model.steps.resize(1);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Float3 at = random.InCube(-2, 2);
+    for (int corner = 0; corner < 3; ++corner) {
+      const Float3 off = random.InCube(-0.4f, 0.4f);
+      for (std::size_t axis = 0; axis < 3; ++axis) model.steps[0].push_back(at[axis] + off[axis]);
+      model.indices.push_back(static_cast<uint32_t>(model.indices.size()));
+    }
+  }
+  return model;
+}
+
+Geometry TriangleView(const Model& model, uint32_t id) {
+  Geometry view = model.View(3);
+  view.shape = Shape::kTriangles;
+  view.geometry_id = id;
+  view.primitive_count = model.indices.size() / 3;
+  view.primitives = {model.indices.data(), 12};
+  return view;
+}
+
+Model MakePoints(Random& random, std::size_t count) {
+  Model model;
+  model.steps.resize(1);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const float value : random.InCube(-2, 2)) model.steps[0].push_back(value);
+    model.steps[0].push_back(random.Uniform(0.01f, 0.3f));
+    for (const float value : random.Direction()) model.normals.push_back(value);
+  }
+  return model;
+}
+
+Geometry PointView(const Model& model, Shape shape, uint32_t id) {
+  Geometry view = model.View(4);
+  view.shape = shape;
+  view.geometry_id = id;
+  view.primitive_count = view.vertex_count;
+  if (shape == Shape::kOrientedDiscs) view.normals = {{model.normals.data(), 12}};
+  return view;
+}
+
+std::vector<TimedRay> MakeRays(Random& random, std::size_t count) {
+  std::vector<TimedRay> rays(count);
+  for (TimedRay& ray : rays) {
+    ray.org = random.InCube(-3, 3);
+    ray.dir = random.Direction();
+    ray.time = random.Uniform(0, 1);
+  }
+  return rays;
+}
+
+std::vector<TimedRay> Trace(const Scene& scene, std::vector<TimedRay> rays,
+                            Query query = Query::kClosest, const CallOptions& options = {}) {
+  scene.Trace(query, TimedView(rays), options);
+  return rays;
+}
+
+std::shared_ptr<Scene> MakeScene(const std::vector<Geometry>& geometries, uint64_t budget,
+                                 bool robust = false, uint32_t threads = 2) {
+  Settings settings;
+  settings.budget = budget;
+  settings.threads = threads;
+  return std::make_shared<Scene>(std::make_shared<Device>(settings), geometries,
+                                 SceneOptions{Keep::kByBudget, robust});
+}
+
+void ExpectSameRays(const std::vector<TimedRay>& actual, const std::vector<TimedRay>& expected,
+                    const std::string& what) {
+  for (std::size_t i = 0; i < actual.size(); ++i) {
+    ASSERT_TRUE(SameBits(actual[i], expected[i]))
+        << what << ": ray " << i << ": t " << std::hexfloat << actual[i].tfar << " geometry "
+        << actual[i].geometry_id << " primitive " << actual[i].primitive_id << ", expected "
+        << expected[i].tfar << " geometry " << expected[i].geometry_id << " primitive "
+        << expected[i].primitive_id;
+  }
+}
+
+std::size_t CountHits(const std::vector<TimedRay>& rays) {
+  return static_cast<std::size_t>(
+      std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.IsHit(); }));
+}
+
+/// A filter function that accepts everything makes triangles go the way of all shapes.
+void AcceptAll(void*, const CallbackArguments&) {}
+
+TEST(ShapesTest, TrianglesThroughAFilterAreTheSame) {
+  Random random(1);
+  const Model model = MakeTriangles(random, 3000);
+  Geometry geometry = TriangleView(model, 4);
+  const auto plain = MakeScene({geometry}, kDefaultBudget);
+  geometry.closest_filter = geometry.any_filter = {AcceptAll, nullptr};
+  const auto rays = MakeRays(random, 5000);
+  const auto expected = Trace(*plain, rays);
+  EXPECT_GT(CountHits(expected), 1000u);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    const auto scene = MakeScene({geometry}, budget);
+    ExpectSameRays(Trace(*scene, rays), expected, "budget " + std::to_string(budget));
+    ExpectSameRays(Trace(*scene, rays, Query::kAny), Trace(*plain, rays, Query::kAny), "any");
+  }
+}
+
+TEST(ShapesTest, QuadsAreTheirTwoTriangles) {
+  Random random(2);
+  Model quads, triangles;
+  quads.steps.resize(1);
+  for (int i = 0; i < 800; ++i) {
+    const Float3 at = random.InCube(-2, 2), a = random.InCube(-0.4f, 0.4f),
+                 b = random.InCube(-0.4f, 0.4f);
+    const uint32_t first = static_cast<uint32_t>(quads.steps[0].size() / 3);
+    for (const auto& [s, t] : {std::pair{0.0f, 0.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}}) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        quads.steps[0].push_back(at[axis] + s * a[axis] + t * b[axis]);
+      }
+    }
+    for (uint32_t corner = 0; corner < 4; ++corner) quads.indices.push_back(first + corner);
+    for (const uint32_t corner : {0, 1, 3, 2, 3, 1}) triangles.indices.push_back(first + corner);
+  }
+  triangles.steps = quads.steps;
+  Geometry geometry = quads.View(3);
+  geometry.shape = Shape::kQuads;
+  geometry.primitive_count = 800;
+  geometry.primitives = {quads.indices.data(), 16};
+  const auto rays = MakeRays(random, 4000);
+  const auto expected = Trace(*MakeScene({TriangleView(triangles, 0)}, kDefaultBudget), rays);
+  const auto actual = Trace(*MakeScene({geometry}, kDefaultBudget), rays);
+  EXPECT_GT(CountHits(expected), 500u);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_EQ(actual[i].IsHit(), expected[i].IsHit()) << i;
+    if (!actual[i].IsHit()) continue;
+    EXPECT_EQ(actual[i].tfar, expected[i].tfar);
+    EXPECT_EQ(actual[i].primitive_id, expected[i].primitive_id / 2);
+    const bool second = expected[i].primitive_id % 2 == 1;
+    EXPECT_EQ(actual[i].u, second ? 1 - expected[i].u : expected[i].u);
+    EXPECT_EQ(actual[i].v, second ? 1 - expected[i].v : expected[i].v);
+  }
+}
+
+TEST(ShapesTest, GridsLieBetweenTheirVertices) {
+  Model model;
+  model.steps.resize(1);
+  constexpr uint32_t kWidth = 9, kHeight = 6;
+  for (uint32_t y = 0; y < kHeight; ++y) {
+    for (uint32_t x = 0; x < kWidth; ++x) {
+      for (const float value : {static_cast<float>(x), static_cast<float>(y), 0.0f}) {
+        model.steps[0].push_back(value);
+      }
+    }
+  }
+  model.grids = {{0, kWidth, kWidth, kHeight}};
+  Geometry geometry = model.View(3);
+  geometry.shape = Shape::kGrids;
+  geometry.primitive_count = 1;
+  geometry.primitives = {model.grids.data(), sizeof(GridPrimitive)};
+  Random random(3);
+  std::vector<TimedRay> rays(500);
+  for (TimedRay& ray : rays) {
+    ray.org = {random.Uniform(-1, 9), random.Uniform(-1, 6), 2};
+    ray.dir = {0, 0, -1};
+  }
+  const auto hits = Trace(*MakeScene({geometry}, kDefaultBudget), rays);
+  EXPECT_GT(CountHits(hits), 200u);
+  for (const TimedRay& ray : hits) {
+    const float x = ray.org[0], y = ray.org[1];
+    ASSERT_EQ(ray.IsHit(), x >= 0 && x <= kWidth - 1 && y >= 0 && y <= kHeight - 1);
+    if (!ray.IsHit()) continue;
+    EXPECT_EQ(ray.primitive_id, 0u);
+    EXPECT_NEAR(ray.u, x / (kWidth - 1), 1e-6f);
+    EXPECT_NEAR(ray.v, y / (kHeight - 1), 1e-6f);
+    EXPECT_EQ(ray.tfar, 2.0f);
+  }
+}
+
+TEST(ShapesTest, SpheresAreHitWhereTheirEquationSays) {
+  Random random(4);
+  const Model model = MakePoints(random, 700);
+  const auto scene = MakeScene({PointView(model, Shape::kSpheres, 3)}, kDefaultBudget);
+  const auto rays = Trace(*scene, MakeRays(random, 4000));
+  EXPECT_GT(CountHits(rays), 1000u);
+  for (const TimedRay& ray : rays) {
+    double nearest = kInfinity;
+    bool in_doubt = false;
+    for (std::size_t i = 0; i < 700; ++i) {
+      const float* sphere = &model.steps[0][4 * i];
+      double b = 0, c = 0, d2 = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double to = double{sphere[axis]} - ray.org[axis];
+        b += to * ray.dir[axis];
+        c += to * to;
+        d2 += double{ray.dir[axis]} * ray.dir[axis];
+      }
+      b /= d2;
+      const double half2 = double{sphere[3]} * sphere[3] / d2 - (c / d2 - b * b);
+      in_doubt |= std::abs(half2) < 1e-5;
+      if (half2 < 0) continue;
+      for (const double t : {b - std::sqrt(half2), b + std::sqrt(half2)}) {
+        if (t >= 0) nearest = std::min(nearest, t);
+      }
+    }
+    if (in_doubt) continue;
+    ASSERT_EQ(ray.IsHit(), nearest < kInfinity);
+    if (ray.IsHit()) {
+      ASSERT_NEAR(ray.tfar, nearest, 1e-3);
+    }
+  }
+}
+
+/// Intersects the spheres of a Model; the same answers as a sphere geometry.
+struct UserSpheres {
+  const Model& model;
+  std::size_t calls = 0, rays = 0;
+
+  static void Bound(void* data, uint32_t primitive, uint32_t, Bounds& bounds) {
+    const float* sphere = &static_cast<UserSpheres*>(data)->model.steps[0][4 * primitive];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis] = sphere[axis] - sphere[3];
+      bounds.upper[axis] = sphere[axis] + sphere[3];
+    }
+  }
+
+  static void Intersect(void* data, const CallbackArguments& arguments) {
+    auto& self = *static_cast<UserSpheres*>(data);
+    ++self.calls;
+    const float* sphere = &self.model.steps[0][4 * arguments.primitive_id];
+    const auto at = [&](PacketComponent component, std::size_t lane) -> float& {
+      return static_cast<float*>(
+          arguments.packet)[static_cast<std::size_t>(component) * arguments.width + lane];
+    };
+    for (std::size_t lane = 0; lane < arguments.width; ++lane) {
+      if (!arguments.valid[lane]) continue;
+      ++self.rays;
+      float b = 0, c = 0;
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        const float to = sphere[axis] - at(static_cast<PacketComponent>(axis), lane);
+        b += to * at(static_cast<PacketComponent>(4 + axis), lane);
+        c += to * to;
+      }
+      const float half2 = sphere[3] * sphere[3] - (c - b * b);
+      if (half2 < 0) continue;
+      float t = b - std::sqrt(half2);
+      if (t < 0) t = b + std::sqrt(half2);
+      if (t < 0 || t > at(PacketComponent::kTfar, lane)) continue;
+      if (arguments.query == Query::kAny) {
+        at(PacketComponent::kTfar, lane) = -kInfinity;
+        continue;
+      }
+      at(PacketComponent::kTfar, lane) = t;
+      const auto put = [&](PacketComponent component, uint32_t value) {
+        std::memcpy(&at(component, lane), &value, sizeof(value));
+      };
+      put(PacketComponent::kPrimitiveId, arguments.primitive_id);
+      put(PacketComponent::kGeometryId, arguments.geometry_id);
+      put(PacketComponent::kInstanceId, arguments.instance_id);
+    }
+  }
+
+  Geometry View(uint32_t id) {
+    Geometry geometry;
+    geometry.shape = Shape::kUser;
+    geometry.geometry_id = id;
+    geometry.primitive_count = model.steps[0].size() / 4;
+    geometry.bounds = {Bound, this};
+    geometry.intersect = geometry.occluded = {Intersect, this};
+    return geometry;
+  }
+};
+
+TEST(ShapesTest, UserSpheresAreSpheres) {
+  Random random(5);
+  const Model model = MakePoints(random, 500);
+  UserSpheres user{model};
+  const auto rays = MakeRays(random, 3000);
+  const auto expected = Trace(*MakeScene({PointView(model, Shape::kSpheres, 3)}, 0), rays);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    for (const uint32_t width : {1u, 4u, 8u, 16u}) {
+      const auto scene = MakeScene({user.View(3)}, budget);
+      user.calls = user.rays = 0;
+      const auto actual = Trace(*scene, rays, Query::kClosest, {width, nullptr});
+      std::size_t same = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        same += actual[i].primitive_id == expected[i].primitive_id;
+      }
+      EXPECT_GE(same, rays.size() - 3);
+      if (width > 1 && budget == 0) {
+        EXPECT_LT(2 * user.calls, user.rays);
+      }
+      const auto blocked = Trace(*scene, rays, Query::kAny, {width, nullptr});
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(blocked[i].tfar < 0, actual[i].IsHit());
+      }
+    }
+  }
+}
+
+TEST(ShapesTest, InstancesAreMovedScenes) {
+  Random random(6);
+  const Model model = MakeTriangles(random, 1500);
+  Model moved = model;
+  // Powers of two, so that moving is exact.
+  for (std::size_t i = 0; i < moved.steps[0].size(); ++i) {
+    moved.steps[0][i] = 0.5f * moved.steps[0][i] + (i % 3 == 0 ? 4.0f : 0.0f);
+  }
+  const auto rays = MakeRays(random, 6000);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const auto device = std::make_shared<Device>(settings);
+    const std::vector<Geometry> inner = {TriangleView(model, 7)};
+    const auto scene = std::make_shared<Scene>(device, inner, SceneOptions{});
+    std::vector<Geometry> outer(2);
+    for (uint32_t i = 0; i < 2; ++i) {
+      outer[i].shape = Shape::kInstance;
+      outer[i].geometry_id = 10 + i;
+      outer[i].primitive_count = 1;
+      outer[i].instanced_scene = scene;
+      outer[i].transforms.resize(1);
+    }
+    for (int axis = 0; axis < 3; ++axis) outer[1].transforms[0].matrix.column[axis][axis] = 0.5f;
+    outer[1].transforms[0].matrix.column[3][0] = 4;
+    const Scene top(device, outer, SceneOptions{});
+    const std::vector<Geometry> flat = {TriangleView(model, 10), TriangleView(moved, 11)};
+    const Scene reference(device, flat, SceneOptions{});
+    const auto expected = Trace(reference, rays);
+    const auto actual = Trace(top, rays);
+    EXPECT_GT(CountHits(expected), 2000u);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(actual[i].IsHit(), expected[i].IsHit()) << i;
+      if (!actual[i].IsHit()) continue;
+      EXPECT_EQ(actual[i].geometry_id, 7u);
+      different += actual[i].instance_id != expected[i].geometry_id ||
+                   actual[i].primitive_id != expected[i].primitive_id;
+      EXPECT_NEAR(actual[i].tfar, expected[i].tfar, 1e-4f);
+    }
+    EXPECT_EQ(different, 0u);
+    const auto blocked = Trace(top, rays, Query::kAny);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(blocked[i].tfar < 0, actual[i].IsHit());
+    }
+  }
+}
+
+TEST(ShapesTest, MovingTrianglesStandWhereTheirTimeSays) {
+  Random random(7);
+  Model model = MakeTriangles(random, 600);
+  model.steps.push_back(model.steps[0]);
+  model.steps.push_back(model.steps[0]);
+  for (float& value : model.steps[1]) value += random.Uniform(-0.5f, 0.5f);
+  for (float& value : model.steps[2]) value += random.Uniform(-0.5f, 0.5f);
+  Geometry geometry = TriangleView(model, 1);
+  geometry.time_range = {0.25f, 0.75f};
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    const auto scene = MakeScene({geometry}, budget);
+    for (const float time : {0.1f, 0.25f, 0.375f, 0.5f, 0.6f, 0.75f, 0.8f}) {
+      auto rays = MakeRays(random, 500);
+      for (TimedRay& ray : rays) ray.time = time;
+      const auto actual = Trace(*scene, rays);
+      if (time < 0.25f || time > 0.75f) {
+        EXPECT_EQ(CountHits(actual), 0u);
+        continue;
+      }
+      Model still = model;
+      const float place = (time - 0.25f) / 0.5f * 2;
+      const std::size_t step = place >= 1 ? 1 : 0;
+      const float fraction = place - static_cast<float>(step);
+      for (std::size_t i = 0; i < still.steps[0].size(); ++i) {
+        still.steps[0][i] =
+            std::fma(1 - fraction, model.steps[step][i], fraction * model.steps[step + 1][i]);
+      }
+      still.steps.resize(1);
+      ExpectSameRays(actual, Trace(*MakeScene({TriangleView(still, 1)}, budget), rays),
+                     "time " + std::to_string(time));
+    }
+  }
+}
+
+/// Records which pairs it is offered, and rejects them all.
+struct Recorder {
+  std::map<std::pair<uint32_t, uint32_t>, int> offered;
+
+  static void Reject(void* data, const CallbackArguments& arguments) {
+    const auto at = [&](PacketComponent component, std::size_t lane) {
+      return static_cast<uint32_t*>(
+          arguments.packet)[static_cast<std::size_t>(component) * arguments.width + lane];
+    };
+    for (std::size_t lane = 0; lane < arguments.width; ++lane) {
+      if (!arguments.valid[lane]) continue;
+      ++static_cast<Recorder*>(data)
+            ->offered[{at(PacketComponent::kId, lane), at(PacketComponent::kPrimitiveId, lane)}];
+      arguments.valid[lane] = 0;
+    }
+  }
+};
+
+TEST(ShapesTest, FilterFunctionsAreOfferedEachPairOnce) {
+  Random random(8);
+  const Model model = MakeTriangles(random, 2500);
+  Geometry geometry = TriangleView(model, 1);
+  std::vector<TimedRay> rays = MakeRays(random, 700);
+  std::map<std::pair<uint32_t, uint32_t>, int> expected;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    // The time's place serves as the ray's name.
+    const uint32_t id = static_cast<uint32_t>(i);
+    std::memcpy(&rays[i].time, &id, sizeof(id));
+  }
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Recorder recorder;
+    geometry.closest_filter = {Recorder::Reject, &recorder};
+    const auto scene = MakeScene({geometry}, budget);
+    std::vector<TimedRay> traced = rays;
+    RayView view = TimedView(traced);
+    view.id = view.time;
+    view.time = RayView::kAbsent;
+    scene->Trace(Query::kClosest, view);
+    EXPECT_EQ(CountHits(traced), 0u);
+    ExpectSameRays(traced, rays, "rejected hits leave rays as they were");
+    EXPECT_GT(recorder.offered.size(), 1000u);
+    for (const auto& [pair, times] : recorder.offered) ASSERT_EQ(times, 1);
+    if (expected.empty()) expected = recorder.offered;
+    EXPECT_EQ(recorder.offered, expected);
+  }
+}
+
+TEST(ShapesTest, TheSameBitsWhateverIsKept) {
+  Random random(9);
+  const Model triangles = MakeTriangles(random, 2000), points = MakePoints(random, 900);
+  const std::vector<Geometry> geometries = {
+      TriangleView(triangles, 0), PointView(points, Shape::kSpheres, 1),
+      PointView(points, Shape::kDiscs, 2), PointView(points, Shape::kOrientedDiscs, 3)};
+  const auto rays = MakeRays(random, 20000);
+  for (const bool robust : {false, true}) {
+    const auto expected = Trace(*MakeScene(geometries, 0, robust), rays);
+    std::set<uint32_t> hit;
+    for (const TimedRay& ray : expected) hit.insert(ray.geometry_id);
+    EXPECT_EQ(hit.size(), 5u);
+    for (const uint64_t budget : {uint64_t{60000}, kDefaultBudget, kUnlimitedBudget}) {
+      for (const uint32_t threads : {1u, 2u}) {
+        ExpectSameRays(Trace(*MakeScene(geometries, budget, robust, threads), rays), expected,
+                       "budget " + std::to_string(budget));
+      }
+    }
+  }
+}
+
+TEST(ShapesTest, RobustScenesAreWatertight) {
+  // A sphere of 200 x 200 facets, seen from inside.
+  constexpr uint32_t kSteps = 200;
+  Model model;
+  model.steps.resize(1);
+  for (uint32_t i = 0; i <= kSteps; ++i) {
+    for (uint32_t j = 0; j < kSteps; ++j) {
+      const float theta = static_cast<float>(M_PI) * static_cast<float>(i) / kSteps;
+      const float phi = 2 * static_cast<float>(M_PI) * static_cast<float>(j) / kSteps;
+      const float sine = i == 0 || i == kSteps ? 0 : std::sin(theta);
+      for (const float value : {sine * std::cos(phi), sine * std::sin(phi), std::cos(theta)}) {
+        model.steps[0].push_back(value + 0.3f);
+      }
+      if (i == kSteps) continue;
+      const uint32_t a = i * kSteps + j, b = i * kSteps + (j + 1) % kSteps;
+      for (const uint32_t index : {a, b, a + kSteps, b, b + kSteps, a + kSteps}) {
+        model.indices.push_back(index);
+      }
+    }
+  }
+  Random random(10);
+  std::vector<TimedRay> rays(200000);
+  for (TimedRay& ray : rays) {
+    // Through points of edges.
+    const uint32_t edge = 3 * random.Below(static_cast<uint32_t>(model.indices.size() / 3));
+    const float* a = &model.steps[0][3 * model.indices[edge]];
+    const float* b = &model.steps[0][3 * model.indices[edge + 1]];
+    const float t = random.Uniform(0, 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ray.org[axis] = 0.3f + random.Uniform(-0.2f, 0.2f);
+      ray.dir[axis] = a[axis] + t * (b[axis] - a[axis]) - ray.org[axis];
+    }
+  }
+  const auto hits = Trace(*MakeScene({TriangleView(model, 0)}, kDefaultBudget, true), rays);
+  // The promise is Embree's: at most 0.00002 of the rays.
+  EXPECT_GE(CountHits(hits) + 4, rays.size());
+}
+
+TEST(ShapesTest, BadInputIsRefused) {
+  Random random(11);
+  const Model model = MakeTriangles(random, 3);
+  const auto device = std::make_shared<Device>();
+  const auto refuse = [&](const Geometry& geometry) {
+    const std::vector<Geometry> geometries = {geometry};
+    EXPECT_THROW(Scene(device, geometries, SceneOptions{}), std::invalid_argument);
+  };
+  Geometry geometry = TriangleView(model, 0);
+  geometry.vertices.clear();
+  refuse(geometry);
+  geometry = TriangleView(model, 0);
+  geometry.shape = Shape::kQuads;
+  geometry.vertices[0].stride = 13;
+  refuse(geometry);
+  geometry = Geometry();
+  geometry.shape = Shape::kInstance;
+  geometry.transforms.resize(1);
+  refuse(geometry);  // no scene
+  const std::vector<Geometry> inner = {TriangleView(model, 0)};
+  geometry.instanced_scene =
+      std::make_shared<Scene>(std::make_shared<Device>(), inner, SceneOptions{});
+  refuse(geometry);  // another device's
+  geometry.instanced_scene = std::make_shared<Scene>(device, inner, SceneOptions{});
+  geometry.transforms.clear();
+  refuse(geometry);
+
+  const Scene scene(device, inner, SceneOptions{});
+  std::vector<TimedRay> rays = MakeRays(random, 1);
+  EXPECT_THROW(scene.Trace(Query::kClosest, TimedView(rays), {17, nullptr}), std::invalid_argument);
+  EXPECT_THROW(scene.Trace(Query::kClosest, TimedView(rays), {0, nullptr}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dacrt
