@@ -39,13 +39,21 @@ std::string Where(uint32_t geometry_id) {
 
 void CheckArray(const Array& array, std::size_t count, const char* name, const Geometry& geometry) {
   if (count == 0) return;
+  const std::string where = Where(geometry.geometry_id) + name;
   if (array.data == nullptr) {
-    throw std::invalid_argument(Where(geometry.geometry_id) + name + " is null");
+    throw std::invalid_argument(where + " is null, but its count is " + std::to_string(count));
   }
-  if (reinterpret_cast<std::uintptr_t>(array.data) % 4 != 0 || array.stride % 4 != 0) {
-    throw std::invalid_argument(Where(geometry.geometry_id) + name +
-                                " has an address or stride that is not a multiple of 4");
+  if (reinterpret_cast<std::uintptr_t>(array.data) % 4 != 0) {
+    throw std::invalid_argument(where + " is not aligned to 4 bytes");
   }
+  if (array.stride % 4 != 0) {
+    throw std::invalid_argument(where + " has stride " + std::to_string(array.stride) +
+                                ", which is not a multiple of 4");
+  }
+}
+
+const char* PrimitivesName(Shape shape) {
+  return shape == Shape::kTriangles ? "triangles" : shape == Shape::kQuads ? "quads" : "grids";
 }
 
 void CheckSteps(std::size_t steps, const char* name, const Geometry& geometry) {
@@ -60,7 +68,8 @@ void CheckArrays(const Geometry& geometry) {
   for (const Array& array : geometry.vertices)
     CheckArray(array, geometry.vertex_count, "vertices", geometry);
   if (HasFacets(geometry.shape)) {
-    CheckArray(geometry.primitives, geometry.primitive_count, "primitives", geometry);
+    CheckArray(geometry.primitives, geometry.primitive_count, PrimitivesName(geometry.shape),
+               geometry);
   }
   if (geometry.shape != Shape::kOrientedDiscs) return;
   if (geometry.normals.size() != geometry.vertices.size()) {

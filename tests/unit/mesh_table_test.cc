@@ -59,8 +59,10 @@ TEST(MeshTableTest, RefusesMissingAndMisplacedArrays) {
   EXPECT_EQ(MessageOf(good), "");
   const auto moved = [](const void* p) { return static_cast<const char*>(p) + 1; };
   const auto expect = [](const TriangleMesh& bad, const std::string& array) {
-    const std::string message = MessageOf(bad);
-    EXPECT_NE(message.find("mesh 1"), std::string::npos) << message;
+    TriangleMesh named = bad;
+    named.geometry_id = 31;
+    const std::string message = MessageOf(named);
+    EXPECT_NE(message.find("geometry 31"), std::string::npos) << message;
     EXPECT_NE(message.find(array), std::string::npos) << message;
   };
   TriangleMesh bad = good;
