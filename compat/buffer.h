@@ -43,6 +43,7 @@ struct BufferView {
   std::size_t offset = 0;
   std::size_t stride = 0;
   std::size_t count = 0;
+  RTCFormat format = RTC_FORMAT_UNDEFINED;
 
   /// Where item 0 stands; null if there is no memory.
   std::byte* data() const { return buffer && buffer->data() ? buffer->data() + offset : nullptr; }

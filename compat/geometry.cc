@@ -1,76 +1,64 @@
 #include "geometry.h"
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
 #include "boundary.h"
 #include "device.h"
 #include "names.h"
+#include "scene.h"
 
 namespace dacrt::compat {
 namespace {
 
-constexpr std::size_t kVertexBytes = 12;    // FLOAT3
-constexpr std::size_t kTriangleBytes = 12;  // UINT3
-
-bool IsAttributeFormat(RTCFormat format) {
-  return format >= RTC_FORMAT_FLOAT && format <= RTC_FORMAT_FLOAT16;
-}
-
-/// Bytes of one item, of a buffer whose format was checked.
-std::size_t ItemBytes(RTCBufferType type, RTCFormat format) {
+bool IsSupported(RTCGeometryType type) {
   switch (type) {
-    case RTC_BUFFER_TYPE_INDEX:
-      return kTriangleBytes;
-    case RTC_BUFFER_TYPE_VERTEX:
-      return kVertexBytes;
+    case RTC_GEOMETRY_TYPE_TRIANGLE:
+    case RTC_GEOMETRY_TYPE_QUAD:
+    case RTC_GEOMETRY_TYPE_GRID:
+    case RTC_GEOMETRY_TYPE_SPHERE_POINT:
+    case RTC_GEOMETRY_TYPE_DISC_POINT:
+    case RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT:
+    case RTC_GEOMETRY_TYPE_USER:
+    case RTC_GEOMETRY_TYPE_INSTANCE:
+      return true;
     default:
-      return 4 * static_cast<std::size_t>(format - RTC_FORMAT_FLOAT + 1);
+      return false;
   }
 }
 
-/// offset + stride * (count - 1) + last_item_bytes, or nothing for no items. Throws std::bad_alloc
-/// beyond the address space.
-std::size_t BytesNeeded(std::size_t offset, std::size_t stride, std::size_t count,
-                        std::size_t last_item_bytes) {
-  if (count == 0) return 0;
-  std::size_t bytes;
-  if (__builtin_mul_overflow(stride, count - 1, &bytes) ||
-      __builtin_add_overflow(bytes, offset, &bytes) ||
-      __builtin_add_overflow(bytes, last_item_bytes, &bytes)) {
-    throw std::bad_alloc();
+Shape ShapeOf(RTCGeometryType type) {
+  switch (type) {
+    case RTC_GEOMETRY_TYPE_QUAD:
+      return Shape::kQuads;
+    case RTC_GEOMETRY_TYPE_GRID:
+      return Shape::kGrids;
+    case RTC_GEOMETRY_TYPE_SPHERE_POINT:
+      return Shape::kSpheres;
+    case RTC_GEOMETRY_TYPE_DISC_POINT:
+      return Shape::kDiscs;
+    case RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT:
+      return Shape::kOrientedDiscs;
+    case RTC_GEOMETRY_TYPE_USER:
+      return Shape::kUser;
+    case RTC_GEOMETRY_TYPE_INSTANCE:
+      return Shape::kInstance;
+    default:
+      return Shape::kTriangles;
   }
-  return bytes;
-}
-
-[[noreturn]] void FailSlot(RTCError code, RTCBufferType type, unsigned int slot,
-                           std::size_t slots) {
-  throw ApiError(code, "slot = ", slot, " is not below the number of ", Name(type),
-                 " buffers, which is ", slots);
-}
-
-[[noreturn]] void FailFormat(RTCBufferType type, RTCFormat format, const char* expected) {
-  throw ApiError(RTC_ERROR_INVALID_OPERATION, "format = 0x", std::hex, static_cast<int>(format),
-                 ": a triangle mesh's ", Name(type), " buffer has ", expected);
-}
-
-[[noreturn]] void FailType(RTCBufferType type) {
-  throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "type = ", static_cast<int>(type), " (", Name(type),
-                 ") is no buffer of a triangle mesh");
 }
 
 }  // namespace
 
 Geometry::Geometry(std::shared_ptr<Device> device, RTCGeometryType type)
-    : device_(std::move(device)) {
-  if (type == RTC_GEOMETRY_TYPE_TRIANGLE) return;
+    : device_(std::move(device)), type_(type), buffers_(device_, type) {
+  if (IsSupported(type)) return;
   const char* const name = Name(type);
   if (!name) {
     throw ApiError(RTC_ERROR_UNKNOWN, "type = ", static_cast<int>(type), " is no geometry type");
   }
   throw ApiError(RTC_ERROR_INVALID_OPERATION, "type = ", static_cast<int>(type), " (", name,
-                 ") is not supported yet");
+                 ") is not supported by dacrt");
 }
 
 Geometry::~Geometry() { HandleTable<Geometry>::Instance().Forget(this); }
@@ -78,6 +66,11 @@ Geometry::~Geometry() { HandleTable<Geometry>::Instance().Forget(this); }
 void Geometry::Commit() {
   is_modified_ = false;
   ++version_;
+}
+
+uint64_t Geometry::version() const {
+  // Both only grow.
+  return instanced_scene_ ? version_ + instanced_scene_->commit_count() : version_;
 }
 
 void Geometry::SetEnabled(bool enabled) {
@@ -105,142 +98,140 @@ void Geometry::SetTimeStepCount(unsigned int count) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "timeStepCount = ", count, " is larger than ",
                    RTC_MAX_TIME_STEP_COUNT);
   }
-  if (count > 1) {
-    throw ApiError(RTC_ERROR_INVALID_OPERATION, "timeStepCount = ", count,
-                   ": motion blur is not supported yet");
-  }
-  vertices_.resize(count);
+  time_steps_ = count;
+  buffers_.SetTimeStepCount(count);
+  transforms_.resize(count);
+  is_modified_ = true;
 }
 
 void Geometry::SetTimeRange(float start, float end) {
-  // With one time step the geometry is there at all times.
   if (start > end) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "startTime = ", start, " is after endTime = ", end);
   }
+  time_range_ = {start, end};
   is_modified_ = true;
 }
 
 void Geometry::SetVertexAttributeCount(unsigned int count) {
-  attributes_.resize(count);
+  buffers().SetVertexAttributeCount(count);
   is_modified_ = true;
 }
 
-void Geometry::SetBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, BufferView view) {
-  CheckBuffer(type, slot, format, view.data(), view.stride, view.count);
-  const std::size_t item_bytes = ItemBytes(type, format);
-  if (BytesNeeded(view.offset, view.stride, view.count, item_bytes) > view.buffer->bytes()) {
-    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "byteOffset = ", view.offset,
-                   ", byteStride = ", view.stride, ", itemCount = ", view.count,
-                   " reach beyond the buffer's ", view.buffer->bytes(), " bytes");
+const GeometryBuffers& Geometry::buffers() const {
+  if (IsUser() || IsInstance()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(type_),
+                   ", which has no buffers");
   }
-  View(type, slot) = std::move(view);
+  return buffers_;
 }
 
-void Geometry::SetSharedBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, void* data,
-                               std::size_t stride, std::size_t count) {
-  CheckBuffer(type, slot, format, data, stride, count);
-  const std::size_t bytes = BytesNeeded(0, stride, count, ItemBytes(type, format));
-  View(type, slot) = {std::make_shared<Buffer>(device_, data, bytes), 0, stride, count};
-}
-
-void* Geometry::SetNewBuffer(RTCBufferType type, unsigned int slot, RTCFormat format,
-                             std::size_t stride, std::size_t count) {
-  CheckBuffer(type, slot, format, nullptr, stride, count);
-  // Embree pads these so that a program may read the last item with a 16-byte load.
-  const bool is_padded = type != RTC_BUFFER_TYPE_INDEX;
-  const std::size_t last_item_bytes =
-      std::max(is_padded ? (stride + 15) & ~std::size_t{15} : stride, ItemBytes(type, format));
-  const std::size_t bytes = BytesNeeded(0, stride, count, last_item_bytes);
-  BufferView& view = View(type, slot);
-  view = {std::make_shared<Buffer>(device_, bytes), 0, stride, count};
-  return view.data();
-}
-
-void* Geometry::BufferData(RTCBufferType type, unsigned int slot) {
-  return View(type, slot).data();
+GeometryBuffers& Geometry::buffers() {
+  return const_cast<GeometryBuffers&>(std::as_const(*this).buffers());
 }
 
 void Geometry::UpdateBuffer(RTCBufferType type, unsigned int slot) {
-  View(type, slot);
+  // Embree says nothing where there are no buffers.
+  if (!IsUser() && !IsInstance()) buffers_.View(type, slot);
   is_modified_ = true;
 }
 
-/// The place of the buffer of this type and slot. Throws RTC_ERROR_INVALID_ARGUMENT if there is
-/// none.
-BufferView& Geometry::View(RTCBufferType type, unsigned int slot) {
-  switch (type) {
-    case RTC_BUFFER_TYPE_INDEX:
-      if (slot != 0) FailSlot(RTC_ERROR_INVALID_ARGUMENT, type, slot, 1);
-      return indices_;
-    case RTC_BUFFER_TYPE_VERTEX:
-      if (slot >= vertices_.size()) {
-        FailSlot(RTC_ERROR_INVALID_ARGUMENT, type, slot, vertices_.size());
-      }
-      return vertices_[slot];
-    case RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE:
-      if (slot >= attributes_.size()) {
-        FailSlot(RTC_ERROR_INVALID_ARGUMENT, type, slot, attributes_.size());
-      }
-      return attributes_[slot];
-    default:
-      FailType(type);
+void Geometry::CheckMayFilter() const {
+  if (IsInstance()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is an instance, which has no filter");
   }
 }
 
-/// Throws unless memory at `data` can be the buffer of this type and slot. Where several checks
-/// fail their order decides the code, and is Embree's; so are the codes, which for a slot differ
-/// from View's.
-void Geometry::CheckBuffer(RTCBufferType type, unsigned int slot, RTCFormat format,
-                           const void* data, std::size_t stride, std::size_t count) const {
-  if (count > UINT32_MAX) {
-    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "itemCount = ", count, " is larger than 2^32 - 1");
-  }
-  if (reinterpret_cast<std::uintptr_t>(data) % 4 != 0) {
-    throw ApiError(RTC_ERROR_INVALID_OPERATION, "address ", data, " is no multiple of 4");
-  }
-  if (stride % 4 != 0) {
-    throw ApiError(RTC_ERROR_INVALID_OPERATION, "byteStride = ", stride, " is no multiple of 4");
-  }
-  switch (type) {
-    case RTC_BUFFER_TYPE_INDEX:
-      if (slot != 0) FailSlot(RTC_ERROR_INVALID_ARGUMENT, type, slot, 1);
-      if (format != RTC_FORMAT_UINT3) FailFormat(type, format, "UINT3");
-      return;
-    case RTC_BUFFER_TYPE_VERTEX:
-      if (format != RTC_FORMAT_FLOAT3) FailFormat(type, format, "FLOAT3");
-      if (slot >= vertices_.size()) {
-        FailSlot(RTC_ERROR_INVALID_ARGUMENT, type, slot, vertices_.size());
-      }
-      return;
-    case RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE:
-      if (!IsAttributeFormat(format)) FailFormat(type, format, "FLOAT to FLOAT16");
-      if (slot >= attributes_.size()) {
-        FailSlot(RTC_ERROR_INVALID_OPERATION, type, slot, attributes_.size());
-      }
-      return;
-    default:
-      FailType(type);
+void Geometry::CheckIsUser() const {
+  if (!IsUser()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(type_),
+                   ", not a user geometry");
   }
 }
 
-dacrt::TriangleMesh Geometry::Mesh(uint32_t geometry_id) const {
-  dacrt::TriangleMesh mesh;
-  mesh.geometry_id = geometry_id;
-  mesh.mask = device_->ignore_masks() ? UINT32_MAX : mask_;
-  if (vertices_.empty() || !vertices_[0].data() || !indices_.data()) return mesh;
-  mesh.vertices = vertices_[0].data();
-  mesh.vertex_stride = vertices_[0].stride;
-  mesh.vertex_count = vertices_[0].count;
-  mesh.triangles = indices_.data();
-  mesh.triangle_stride = indices_.stride;
-  mesh.triangle_count = indices_.count;
-  return mesh;
+void Geometry::CheckIsInstance() const {
+  if (!IsInstance()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(type_), ", not an instance");
+  }
 }
 
-std::vector<std::shared_ptr<const Buffer>> Geometry::MeshBuffers() const {
-  std::vector<std::shared_ptr<const Buffer>> buffers{indices_.buffer};
-  for (const BufferView& view : vertices_) buffers.push_back(view.buffer);
-  return buffers;
+void Geometry::SetClosestFilter(RTCFilterFunctionN filter) {
+  CheckMayFilter();
+  callbacks_.closest_filter = filter;
+}
+
+void Geometry::SetAnyFilter(RTCFilterFunctionN filter) {
+  CheckMayFilter();
+  callbacks_.any_filter = filter;
+}
+
+void Geometry::SetUserPrimitiveCount(unsigned int count) {
+  CheckIsUser();
+  user_primitives_ = count;
+  is_modified_ = true;
+}
+
+void Geometry::SetBoundsFunction(RTCBoundsFunction function) {
+  CheckIsUser();
+  callbacks_.bounds = function;
+}
+
+void Geometry::SetIntersectFunction(RTCIntersectFunctionN function) {
+  CheckIsUser();
+  callbacks_.intersect = function;
+}
+
+void Geometry::SetOccludedFunction(RTCOccludedFunctionN function) {
+  CheckIsUser();
+  callbacks_.occluded = function;
+}
+
+void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
+  CheckIsInstance();
+  if (scene->device() != device_) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geometry and scene are from different devices");
+  }
+  instanced_scene_ = std::move(scene);
+  is_modified_ = true;
+}
+
+void Geometry::SetTransform(unsigned int time_step, const TransformStep& transform) {
+  CheckIsInstance();
+  if (time_step >= transforms_.size()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "timeStep = ", time_step,
+                   " is not below the number of time steps, which is ", transforms_.size());
+  }
+  transforms_[time_step] = transform;
+  is_modified_ = true;
+}
+
+AffineTransform Geometry::TransformAt(float time) const {
+  CheckIsInstance();
+  if (transforms_.empty()) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry has no time steps");
+  }
+  return dacrt::TransformAt(transforms_, time_range_, time);
+}
+
+dacrt::Geometry Geometry::Describe(uint32_t geometry_id, bool context_filter) {
+  dacrt::Geometry description;
+  description.shape = ShapeOf(type_);
+  description.geometry_id = geometry_id;
+  description.mask = device_->ignore_masks() ? UINT32_MAX : mask_;
+  description.time_range = time_range_;
+  SetCallbacks(*this, context_filter, description);
+  if (IsInstance()) {
+    description.transforms = transforms_;
+    if (instanced_scene_ && !transforms_.empty()) {
+      description.instanced_scene = instanced_scene_->CommittedShared();
+    }
+    description.primitive_count = description.instanced_scene ? 1 : 0;
+  } else if (IsUser()) {
+    description.user_time_steps = time_steps_;
+    description.primitive_count = time_steps_ > 0 && callbacks_.bounds ? user_primitives_ : 0;
+  } else {
+    buffers_.Describe(description);
+  }
+  return description;
 }
 
 }  // namespace dacrt::compat

@@ -1,4 +1,4 @@
-// A triangle mesh as the program describes it, buffer by buffer.
+// A geometry as the program describes it, call by call.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -7,13 +7,14 @@
 #include <memory>
 #include <vector>
 
-#include "buffer.h"
+#include "callbacks.h"
 #include "dacrt/dacrt.h"
+#include "geometry_buffers.h"
 
 namespace dacrt::compat {
 
 /// Changes mark a geometry modified until the program commits it, except where Embree does not ask
-/// for a commit either: user data, enabling, and setting a buffer.
+/// for a commit either: user data, enabling, callbacks, and setting a buffer.
 ///
 /// Threads: like the API, one at a time for one geometry; reading is safe from any number.
 class Geometry : public std::enable_shared_from_this<Geometry> {
@@ -26,12 +27,13 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   Geometry& operator=(const Geometry&) = delete;
 
   const std::shared_ptr<Device>& device() const { return device_; }
+  RTCGeometryType type() const { return type_; }
 
   void Commit();
   bool is_modified() const { return is_modified_; }
 
   /// Grows whenever a scene that holds this geometry needs another commit.
-  uint64_t version() const { return version_; }
+  uint64_t version() const;
 
   void SetEnabled(bool enabled);
   bool is_enabled() const { return is_enabled_; }
@@ -45,38 +47,51 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void* user_data() const { return user_data_; }
   void set_user_data(void* data) { user_data_ = data; }
 
-  /// Makes part of a buffer the one of this type and slot.
-  void SetBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, BufferView view);
-
-  /// Makes the program's memory at `data` the buffer of this type and slot.
-  void SetSharedBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, void* data,
-                       std::size_t stride, std::size_t count);
-
-  /// Makes newly allocated memory, which is returned, the buffer of this type and slot.
-  void* SetNewBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, std::size_t stride,
-                     std::size_t count);
-
-  /// Where the buffer of this type and slot stands; null if it was not set.
-  void* BufferData(RTCBufferType type, unsigned int slot);
+  /// Throws RTC_ERROR_INVALID_OPERATION where there are no buffers.
+  const GeometryBuffers& buffers() const;
+  GeometryBuffers& buffers();
 
   /// Says that the program has changed the contents of a buffer.
   void UpdateBuffer(RTCBufferType type, unsigned int slot);
 
-  /// The mesh as it is now, for the engine. It has no triangles until both buffers are set.
-  dacrt::TriangleMesh Mesh(uint32_t geometry_id) const;
+  // Callbacks. A null function means none.
+  void SetClosestFilter(RTCFilterFunctionN filter);
+  void SetAnyFilter(RTCFilterFunctionN filter);
+  void SetUserPrimitiveCount(unsigned int count);
+  void SetBoundsFunction(RTCBoundsFunction function);
+  void SetIntersectFunction(RTCIntersectFunctionN function);
+  void SetOccludedFunction(RTCOccludedFunctionN function);
+  const GeometryCallbacks& callbacks() const { return callbacks_; }
 
-  /// What must stay alive while Mesh()'s result is used.
-  std::vector<std::shared_ptr<const Buffer>> MeshBuffers() const;
+  // Instances.
+  void SetInstancedScene(std::shared_ptr<Scene> scene);
+  void SetTransform(unsigned int time_step, const TransformStep& transform);
+  AffineTransform TransformAt(float time) const;
+  const std::shared_ptr<Scene>& instanced_scene() const { return instanced_scene_; }
+
+  /// The geometry as it is now, for the engine. Without primitives until all that it needs is set.
+  /// `context_filter` says that the context's filter function counts.
+  dacrt::Geometry Describe(uint32_t geometry_id, bool context_filter);
+
+  /// What must stay alive beside this while Describe's result is used.
+  std::vector<std::shared_ptr<const Buffer>> UsedBuffers() const { return buffers_.Used(); }
 
  private:
-  BufferView& View(RTCBufferType type, unsigned int slot);
-  void CheckBuffer(RTCBufferType type, unsigned int slot, RTCFormat format, const void* data,
-                   std::size_t stride, std::size_t count) const;
+  bool IsUser() const { return type_ == RTC_GEOMETRY_TYPE_USER; }
+  bool IsInstance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
+  void CheckIsUser() const;
+  void CheckIsInstance() const;
+  void CheckMayFilter() const;
 
   const std::shared_ptr<Device> device_;
-  BufferView indices_;
-  std::vector<BufferView> vertices_ = std::vector<BufferView>(1);  ///< one a time step
-  std::vector<BufferView> attributes_;
+  const RTCGeometryType type_;
+  GeometryBuffers buffers_;
+  GeometryCallbacks callbacks_;
+  unsigned int time_steps_ = 1;
+  TimeRange time_range_;
+  unsigned int user_primitives_ = 0;
+  std::shared_ptr<Scene> instanced_scene_;
+  std::vector<TransformStep> transforms_ = std::vector<TransformStep>(1);
   void* user_data_ = nullptr;
   uint64_t version_ = 0;
   uint32_t mask_ = UINT32_MAX;

@@ -7,7 +7,17 @@ using Component = RayView::Component;
 
 // A packet of N rays is twelve arrays of N values, for a hit eight more; a single record is a
 // packet of one. These are the arrays' places in the packet.
-enum RayField { kOrg = 0, kTnear = 3, kDir = 4, kTfar = 8, kMask = 9, kRayFields = 12 };
+enum RayField {
+  kOrg = 0,
+  kTnear = 3,
+  kDir = 4,
+  kTime = 7,
+  kTfar = 8,
+  kMask = 9,
+  kId = 10,
+  kFlags = 11,
+  kRayFields = 12
+};
 enum HitField { kNg = 0, kU = 3, kV = 4, kPrimId = 5, kGeomId = 6, kInstId = 7 };
 constexpr std::size_t kValueBytes = 4;
 
@@ -18,6 +28,9 @@ constexpr std::size_t Place(std::size_t field) {
 static_assert(offsetof(RTCRay, tnear) == Place<1>(kTnear));
 static_assert(offsetof(RTCRay, dir_x) == Place<1>(kDir));
 static_assert(offsetof(RTCRay, tfar) == Place<1>(kTfar));
+static_assert(offsetof(RTCRay, time) == Place<1>(kTime));
+static_assert(offsetof(RTCRay, id) == Place<1>(kId));
+static_assert(offsetof(RTCRay, flags) == Place<1>(kFlags));
 static_assert(offsetof(RTCRay, mask) == Place<1>(kMask));
 static_assert(offsetof(RTCHit, u) == Place<1>(kU));
 static_assert(offsetof(RTCHit, primID) == Place<1>(kPrimId));
@@ -43,6 +56,9 @@ void PlaceComponents(RayView& view, Component start, std::size_t lanes, Record r
   view.dir_z = ray(kDir + 2);
   view.tfar = ray(kTfar);
   view.mask = ray(kMask);
+  view.time = ray(kTime);
+  view.id = ray(kId);
+  view.flags = ray(kFlags);
   if (record == Record::kRay) return;
 
   const auto hit = [&](std::size_t field) { return ray(kRayFields + field); };
@@ -94,6 +110,9 @@ RayView ComponentView(const RTCRayNp& rays, std::size_t count) {
   view.dir_z = AddressOrAbsent(rays.dir_z);
   view.tfar = AddressOrAbsent(rays.tfar);
   view.mask = AddressOrAbsent(rays.mask);
+  view.time = AddressOrAbsent(rays.time);
+  view.id = AddressOrAbsent(rays.id);
+  view.flags = AddressOrAbsent(rays.flags);
   return view;
 }
 

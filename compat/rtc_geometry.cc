@@ -67,7 +67,8 @@ RTC_API void rtcSetGeometryBuffer(RTCGeometry hgeometry, RTCBufferType type, uns
     if (&buffer->device() != geometry.device().get()) {
       throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geometry and buffer are from different devices");
     }
-    geometry.SetBuffer(type, slot, format, {std::move(buffer), byteOffset, byteStride, itemCount});
+    geometry.buffers().Set(type, slot, format,
+                           {std::move(buffer), byteOffset, byteStride, itemCount});
   });
 }
 
@@ -76,12 +77,12 @@ RTC_API void rtcSetSharedGeometryBuffer(RTCGeometry hgeometry, RTCBufferType typ
                                         size_t byteOffset, size_t byteStride, size_t itemCount) {
   OnObject(__func__, hgeometry, "geometry", [&](Geometry& geometry) {
     if (!ptr && byteOffset == 0) {  // Embree allocates then.
-      geometry.SetNewBuffer(type, slot, format, byteStride, itemCount);
+      geometry.buffers().SetNew(type, slot, format, byteStride, itemCount);
       return;
     }
     CheckPointer(ptr, "ptr");
     void* const data = const_cast<char*>(static_cast<const char*>(ptr)) + byteOffset;
-    geometry.SetSharedBuffer(type, slot, format, data, byteStride, itemCount);
+    geometry.buffers().SetShared(type, slot, format, data, byteStride, itemCount);
   });
 }
 
@@ -89,7 +90,7 @@ RTC_API void* rtcSetNewGeometryBuffer(RTCGeometry hgeometry, RTCBufferType type,
                                       RTCFormat format, size_t byteStride, size_t itemCount) {
   void* data = nullptr;
   OnObject(__func__, hgeometry, "geometry", [&](Geometry& geometry) {
-    data = geometry.SetNewBuffer(type, slot, format, byteStride, itemCount);
+    data = geometry.buffers().SetNew(type, slot, format, byteStride, itemCount);
   });
   return data;
 }
@@ -98,7 +99,7 @@ RTC_API void* rtcGetGeometryBufferData(RTCGeometry hgeometry, RTCBufferType type
                                        unsigned int slot) {
   void* data = nullptr;
   OnObject(__func__, hgeometry, "geometry",
-           [&](Geometry& geometry) { data = geometry.BufferData(type, slot); });
+           [&](Geometry& geometry) { data = geometry.buffers().View(type, slot).data(); });
   return data;
 }
 
@@ -122,22 +123,18 @@ RTC_API void* rtcGetGeometryUserData(RTCGeometry hgeometry) {
   return data;
 }
 
-// No callback is called yet, but a program may say that it has none.
+// Filter functions
 
 RTC_API void rtcSetGeometryIntersectFilterFunction(RTCGeometry hgeometry,
                                                    RTCFilterFunctionN filter) {
-  OnObject(__func__, hgeometry, "geometry", [&](Geometry&) {
-    if (filter)
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "filter functions are not supported yet");
-  });
+  OnObject(__func__, hgeometry, "geometry",
+           [&](Geometry& geometry) { geometry.SetClosestFilter(filter); });
 }
 
 RTC_API void rtcSetGeometryOccludedFilterFunction(RTCGeometry hgeometry,
                                                   RTCFilterFunctionN filter) {
-  OnObject(__func__, hgeometry, "geometry", [&](Geometry&) {
-    if (filter)
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "filter functions are not supported yet");
-  });
+  OnObject(__func__, hgeometry, "geometry",
+           [&](Geometry& geometry) { geometry.SetAnyFilter(filter); });
 }
 
 RTC_API void rtcSetGeometryPointQueryFunction(RTCGeometry hgeometry,

@@ -15,11 +15,21 @@ using dacrt::RayView;
 
 namespace {
 
+constexpr uint32_t kStream = 0;
+
+/// Lanes that callbacks see from a stream call, as with Embree: never 1, and 16 for coherent rays
+/// where vectors are that long.
+uint32_t StreamWidth(const Device& device, const RTCIntersectContext& context) {
+  const bool is_coherent = (context.flags & RTC_INTERSECT_CONTEXT_FLAG_COHERENT) != 0;
+  return is_coherent && device.engine()->instruction_set() == dacrt::InstructionSet::kAvx512 ? 16
+                                                                                             : 8;
+}
+
 /// Answers `query` for the `count` rays at `rays`, the argument called `name`, which `make_view`
-/// describes.
+/// describes. Callbacks see `width` lanes; kStream means a stream's.
 template <class MakeView>
-void Trace(const char* function, RTCScene hscene, const RTCIntersectContext* context,
-           const void* rays, const char* name, std::size_t count, Query query, MakeView make_view) {
+void Trace(const char* function, RTCScene hscene, RTCIntersectContext* context, const void* rays,
+           const char* name, std::size_t count, uint32_t width, Query query, MakeView make_view) {
   Scene* const scene = ToObject(hscene);
   Guarded(function, scene ? scene->device().get() : nullptr, [&] {
     CheckPointer(scene, "scene");
@@ -30,16 +40,17 @@ void Trace(const char* function, RTCScene hscene, const RTCIntersectContext* con
     RayView view = make_view();
     view.instance_value = context->instID[0];
     if (scene->device()->ignore_masks()) view.mask = RayView::kAbsent;
-    committed.Trace(query, view);
+    committed.Trace(query, view,
+                    {width != kStream ? width : StreamWidth(*scene->device(), *context), context});
   });
 }
 
 /// Answers `query` for the valid lanes of the packet at `packet`, the argument called `name`.
 void TraceLanes(const char* function, const int* valid, RTCScene hscene,
-                const RTCIntersectContext* context, void* packet, const char* name,
-                std::size_t lanes, Query query, Record record) {
+                RTCIntersectContext* context, void* packet, const char* name, std::size_t lanes,
+                Query query, Record record) {
   std::optional<LaneView> view;  // The engine reads through it.
-  Trace(function, hscene, context, packet, name, lanes, query, [&] {
+  Trace(function, hscene, context, packet, name, lanes, static_cast<uint32_t>(lanes), query, [&] {
     CheckPointer(valid, "valid");
     return view.emplace(packet, lanes, valid, record).view();
   });
@@ -48,7 +59,7 @@ void TraceLanes(const char* function, const int* valid, RTCScene hscene,
 }  // namespace
 
 RTC_API void rtcIntersect1(RTCScene hscene, RTCIntersectContext* context, RTCRayHit* rayhit) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", 1, Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", 1, 1, Query::kClosest,
         [&] { return PacketView(rayhit, 1, 1, 0, Record::kRayHit); });
 }
 
@@ -72,30 +83,30 @@ RTC_API void rtcIntersect16(const int* valid, RTCScene hscene, RTCIntersectConte
 
 RTC_API void rtcIntersect1M(RTCScene hscene, RTCIntersectContext* context, RTCRayHit* rayhit,
                             unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", M, Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", M, kStream, Query::kClosest,
         [&] { return PacketView(rayhit, 1, M, byteStride, Record::kRayHit); });
 }
 
 RTC_API void rtcIntersect1Mp(RTCScene hscene, RTCIntersectContext* context, RTCRayHit** rayhit,
                              unsigned int M) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", M, Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", M, kStream, Query::kClosest,
         [&] { return PointerView(reinterpret_cast<void**>(rayhit), M, Record::kRayHit); });
 }
 
 RTC_API void rtcIntersectNM(RTCScene hscene, RTCIntersectContext* context, RTCRayHitN* rayhit,
                             unsigned int N, unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", std::size_t{N} * M, Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", std::size_t{N} * M, kStream, Query::kClosest,
         [&] { return PacketView(rayhit, N, M, byteStride, Record::kRayHit); });
 }
 
 RTC_API void rtcIntersectNp(RTCScene hscene, RTCIntersectContext* context,
                             const RTCRayHitNp* rayhit, unsigned int N) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", N, Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", N, kStream, Query::kClosest,
         [&] { return ComponentView(*rayhit, N); });
 }
 
 RTC_API void rtcOccluded1(RTCScene hscene, RTCIntersectContext* context, RTCRay* ray) {
-  Trace(__func__, hscene, context, ray, "ray", 1, Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", 1, 1, Query::kAny,
         [&] { return PacketView(ray, 1, 1, 0, Record::kRay); });
 }
 
@@ -116,24 +127,24 @@ RTC_API void rtcOccluded16(const int* valid, RTCScene hscene, RTCIntersectContex
 
 RTC_API void rtcOccluded1M(RTCScene hscene, RTCIntersectContext* context, RTCRay* ray,
                            unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, ray, "ray", M, Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", M, kStream, Query::kAny,
         [&] { return PacketView(ray, 1, M, byteStride, Record::kRay); });
 }
 
 RTC_API void rtcOccluded1Mp(RTCScene hscene, RTCIntersectContext* context, RTCRay** ray,
                             unsigned int M) {
-  Trace(__func__, hscene, context, ray, "ray", M, Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", M, kStream, Query::kAny,
         [&] { return PointerView(reinterpret_cast<void**>(ray), M, Record::kRay); });
 }
 
 RTC_API void rtcOccludedNM(RTCScene hscene, RTCIntersectContext* context, RTCRayN* ray,
                            unsigned int N, unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, ray, "ray", std::size_t{N} * M, Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", std::size_t{N} * M, kStream, Query::kAny,
         [&] { return PacketView(ray, N, M, byteStride, Record::kRay); });
 }
 
 RTC_API void rtcOccludedNp(RTCScene hscene, RTCIntersectContext* context, const RTCRayNp* ray,
                            unsigned int N) {
-  Trace(__func__, hscene, context, ray, "ray", N, Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", N, kStream, Query::kAny,
         [&] { return ComponentView(*ray, N); });
 }

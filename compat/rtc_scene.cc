@@ -99,8 +99,6 @@ RTC_API void rtcGetSceneBounds(RTCScene hscene, RTCBounds* bounds_o) {
 RTC_API void rtcGetSceneLinearBounds(RTCScene hscene, RTCLinearBounds* bounds_o) {
   OnObject(__func__, hscene, "scene", [&](Scene& scene) {
     if (!bounds_o) throw ApiError(RTC_ERROR_INVALID_OPERATION, "bounds_o is null");
-    // Nothing moves, so the bounds at both ends of the time range are the same.
-    const RTCBounds bounds = scene.Bounds();
-    *bounds_o = {bounds, bounds};
+    *bounds_o = scene.LinearBounds();
   });
 }

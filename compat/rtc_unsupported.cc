@@ -24,17 +24,6 @@ void RefuseOn(const char* function, Handle handle, const char* name) {
   OnObject(function, handle, name, [](auto&) { Refuse(); });
 }
 
-/// The same for a function whose second argument `pointer`, called `pointer_name`, must not be
-/// null.
-template <class Handle>
-void RefuseOn(const char* function, Handle handle, const char* name, const void* pointer,
-              const char* pointer_name) {
-  OnObject(function, handle, name, [&](auto&) {
-    CheckPointer(pointer, pointer_name);
-    Refuse();
-  });
-}
-
 /// The same for a function that has no handle but `pointer`, its argument `name`. There is no
 /// device then that the error could go to.
 void RefusePointer(const char* function, const void* pointer, const char* name) {
@@ -49,55 +38,7 @@ constexpr unsigned int kNoHalfEdge = static_cast<unsigned int>(-1);
 
 }  // namespace
 
-// rtcore_geometry.h: user geometries and filters
-
-RTC_API void rtcSetGeometryUserPrimitiveCount(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
-}
-
-RTC_API void rtcSetGeometryBoundsFunction(RTCGeometry hgeometry, RTCBoundsFunction, void*) {
-  RefuseOn(__func__, hgeometry, "geometry");
-}
-
-RTC_API void rtcSetGeometryIntersectFunction(RTCGeometry hgeometry, RTCIntersectFunctionN) {
-  RefuseOn(__func__, hgeometry, "geometry");
-}
-
-RTC_API void rtcSetGeometryOccludedFunction(RTCGeometry hgeometry, RTCOccludedFunctionN) {
-  RefuseOn(__func__, hgeometry, "geometry");
-}
-
-RTC_API void rtcFilterIntersection(const RTCIntersectFunctionNArguments* args,
-                                   const RTCFilterFunctionNArguments*) {
-  RefusePointer(__func__, args, "args");
-}
-
-RTC_API void rtcFilterOcclusion(const RTCOccludedFunctionNArguments* args,
-                                const RTCFilterFunctionNArguments*) {
-  RefusePointer(__func__, args, "args");
-}
-
-// rtcore_geometry.h: instances
-
-RTC_API void rtcSetGeometryInstancedScene(RTCGeometry hgeometry, RTCScene hscene) {
-  RefuseOn(__func__, hgeometry, "geometry", hscene, "scene");
-}
-
-RTC_API void rtcSetGeometryTransform(RTCGeometry hgeometry, unsigned int, RTCFormat,
-                                     const void* xfm) {
-  RefuseOn(__func__, hgeometry, "geometry", xfm, "xfm");
-}
-
-RTC_API void rtcSetGeometryTransformQuaternion(RTCGeometry hgeometry, unsigned int,
-                                               const RTCQuaternionDecomposition* qd) {
-  RefuseOn(__func__, hgeometry, "geometry", qd, "qd");
-}
-
-RTC_API void rtcGetGeometryTransform(RTCGeometry hgeometry, float, RTCFormat, void* xfm) {
-  RefuseOn(__func__, hgeometry, "geometry", xfm, "xfm");
-}
-
-// rtcore_geometry.h: curves, points and subdivision surfaces
+// rtcore_geometry.h: curves and subdivision surfaces
 
 RTC_API void rtcSetGeometryMaxRadiusScale(RTCGeometry hgeometry, float) {
   // Embree refuses it too, as Debian builds it.

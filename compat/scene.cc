@@ -70,23 +70,25 @@ void Scene::Commit() {
   {
     const std::lock_guard lock(geometries_mutex_);
     CheckGeometriesCommitted();
+    CheckInstances();
     if (!NeedsCommit()) return;
     selection = Select();
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
   // scene either.
-  const bool is_empty = selection.meshes.empty();
+  const bool is_empty = selection.geometries.empty();
   if (!is_empty) ReportProgress(0);
-  auto snapshot = std::make_unique<Snapshot>(*device_, selection);
+  auto snapshot = std::make_shared<const Snapshot>(*device_, selection);
   if (!is_empty) ReportProgress(1);
   Install(selection, std::move(snapshot));
 }
 
 Scene::Snapshot::Snapshot(Device& device, Selection selection)
     : device_(device),
-      buffers_(std::move(selection.buffers)),
-      scene_(device.engine(), selection.meshes,
-             selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget) {
+      used_(std::move(selection.used)),
+      scene_(device.engine(), selection.geometries,
+             {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget,
+              (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0}) {
   if (scene_.KeptBytes() > 0) device_.AnnounceAllocation(scene_.KeptBytes());
 }
 
@@ -103,6 +105,23 @@ void Scene::CheckGeometriesCommitted() const {
   }
 }
 
+/// An instance of the scene itself would keep itself alive, and one of an uncommitted scene has
+/// nothing to show.
+void Scene::CheckInstances() const {
+  for (const auto& [id, attached] : geometries_) {
+    const auto& instanced = attached.geometry->instanced_scene();
+    if (!instanced || !attached.geometry->is_enabled()) continue;
+    if (instanced.get() == this) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
+                     " is an instance of the scene that holds it");
+    }
+    if (instanced->commit_count() == 0) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
+                     " is an instance of a scene that is not committed");
+    }
+  }
+}
+
 bool Scene::NeedsCommit() const {
   return revision_ != committed_revision_ || flags_ != committed_flags_ ||
          std::any_of(geometries_.begin(), geometries_.end(), [](const auto& place) {
@@ -115,19 +134,22 @@ Scene::Selection Scene::Select() const {
   Selection selection;
   selection.revision = revision_;
   selection.flags = flags_;
+  const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
   for (const auto& [id, attached] : geometries_) {
-    const Geometry& geometry = *attached.geometry;
+    Geometry& geometry = *attached.geometry;
     selection.versions.emplace_back(id, geometry.version());
     if (!geometry.is_enabled()) continue;
-    const dacrt::TriangleMesh mesh = geometry.Mesh(id);
-    if (mesh.triangle_count == 0) continue;
-    selection.meshes.push_back(mesh);
-    for (auto& buffer : geometry.MeshBuffers()) selection.buffers.push_back(std::move(buffer));
+    dacrt::Geometry description = geometry.Describe(id, context_filter);
+    if (description.primitive_count == 0) continue;
+    // Callbacks refer to the geometry. The engine keeps instanced scenes itself.
+    selection.used.push_back(attached.geometry);
+    for (auto& buffer : geometry.UsedBuffers()) selection.used.push_back(std::move(buffer));
+    selection.geometries.push_back(std::move(description));
   }
   return selection;
 }
 
-void Scene::Install(const Selection& selection, std::unique_ptr<const Snapshot> snapshot) {
+void Scene::Install(const Selection& selection, std::shared_ptr<const Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
   for (const auto& [id, version] : selection.versions) {
     const auto place = geometries_.find(id);
@@ -135,6 +157,7 @@ void Scene::Install(const Selection& selection, std::unique_ptr<const Snapshot> 
   }
   committed_revision_ = selection.revision;
   committed_flags_ = selection.flags;
+  ++commit_count_;
   snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
 }
 
@@ -165,6 +188,16 @@ RTCBounds Scene::Bounds() const {
   const dacrt::Bounds bounds = Committed().bounds();
   return {bounds.lower[0], bounds.lower[1], bounds.lower[2], 0,
           bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+}
+
+RTCLinearBounds Scene::LinearBounds() const {
+  const RTCBounds bounds = Bounds();
+  return {bounds, bounds};
+}
+
+std::shared_ptr<const dacrt::Scene> Scene::CommittedShared() const {
+  const std::lock_guard lock(geometries_mutex_);
+  return snapshot_ ? std::shared_ptr<const dacrt::Scene>(snapshot_, &snapshot_->scene()) : nullptr;
 }
 
 const dacrt::Scene& Scene::Committed() const {

@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -50,8 +51,18 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// commit, or if there was none.
   RTCBounds Bounds() const;
 
+  /// The bounds at the ends of the time range from 0 to 1; between them lie those of all times.
+  RTCLinearBounds LinearBounds() const;
+
   /// What the last commit made. Throws RTC_ERROR_INVALID_OPERATION if there was none.
   const dacrt::Scene& Committed() const;
+
+  /// The same for scenes that have an instance of this one, with all that it refers to. Null if
+  /// there was no commit.
+  std::shared_ptr<const dacrt::Scene> CommittedShared() const;
+
+  /// Grows with every commit that changed something.
+  uint64_t commit_count() const { return commit_count_; }
 
  private:
   struct Attached {
@@ -64,8 +75,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
     uint64_t revision = 0;
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
     std::vector<std::pair<unsigned int, uint64_t>> versions;  ///< of all geometries, by ID
-    std::vector<dacrt::TriangleMesh> meshes;                  ///< of the enabled ones
-    std::vector<std::shared_ptr<const Buffer>> buffers;       ///< that the meshes are in
+    std::vector<dacrt::Geometry> geometries;                  ///< the enabled ones
+    std::vector<std::shared_ptr<const void>> used;            ///< what these refer to
   };
 
   /// The engine's scene with the memory that it reads, which goes after it.
@@ -81,15 +92,16 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
    private:
     Device& device_;
-    std::vector<std::shared_ptr<const Buffer>> buffers_;
+    std::vector<std::shared_ptr<const void>> used_;
     dacrt::Scene scene_;
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
   void CheckGeometriesCommitted() const;
+  void CheckInstances() const;
   bool NeedsCommit() const;
   Selection Select() const;
-  void Install(const Selection& selection, std::unique_ptr<const Snapshot> snapshot);
+  void Install(const Selection& selection, std::shared_ptr<const Snapshot> snapshot);
   void ReportProgress(double done) const;
 
   const std::shared_ptr<Device> device_;
@@ -100,7 +112,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
   uint64_t committed_revision_ = 0;  ///< the one that was committed last
   RTCSceneFlags committed_flags_ = RTC_SCENE_FLAG_NONE;
-  std::unique_ptr<const Snapshot> snapshot_;
+  std::shared_ptr<const Snapshot> snapshot_;
+
+  std::atomic<uint64_t> commit_count_{0};
 
   std::mutex commit_mutex_;  ///< one commit at a time; taken before the other
   RTCProgressMonitorFunction progress_function_ = nullptr;

@@ -25,7 +25,8 @@ struct TransformParts {
 };
 
 /// A transform at one time step: a matrix, which is interpolated number by number, or parts, whose
-/// quaternion is interpolated along the sphere.
+/// quaternion is interpolated along the sphere. Between a matrix and parts the matrices are
+/// interpolated.
 struct TransformStep {
   AffineTransform matrix;
   TransformParts parts;
@@ -40,8 +41,7 @@ struct TimeRange {
   float end = 1;
 };
 
-/// The transform at `time`, which is clamped to the range. `steps` must not be empty; where one of
-/// two neighbouring steps is in parts, both must be.
+/// The transform at `time`, which is clamped to the range. `steps` must not be empty.
 AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange range, float time);
 
 /// The way back. A transform that is not invertible gives numbers that are not finite.

@@ -207,7 +207,7 @@ void Shapes::DeriveInstance(uint32_t geometry) {
   if (!box.IsEmpty()) {
     for (std::size_t i = 0; i < g.transforms.size(); ++i) {
       Extend(all, TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
-      if (i > 0 && g.transforms[i].in_parts) {
+      if (i > 0 && g.transforms[i].in_parts && g.transforms[i - 1].in_parts) {
         Extend(all, BoundRotation(g.transforms[i - 1], g.transforms[i], box));
       }
     }

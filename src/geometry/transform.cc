@@ -97,12 +97,14 @@ AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange rang
   const TransformStep& a = steps[step];
   if (steps.size() == 1) return a.in_parts ? Compose(a.parts) : a.matrix;
   const TransformStep& b = steps[step + 1];
-  if (a.in_parts) return Compose(Interpolate(a.parts, b.parts, fraction));
+  if (a.in_parts && b.in_parts) return Compose(Interpolate(a.parts, b.parts, fraction));
+  const AffineTransform from = a.in_parts ? Compose(a.parts) : a.matrix;
+  const AffineTransform to = b.in_parts ? Compose(b.parts) : b.matrix;
   AffineTransform out;
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 3; ++row) {
       out.column[column][row] =
-          Interpolate(a.matrix.column[column][row], b.matrix.column[column][row], fraction);
+          Interpolate(from.column[column][row], to.column[column][row], fraction);
     }
   }
   return out;
