@@ -101,7 +101,6 @@ void Geometry::SetTimeStepCount(unsigned int count) {
   time_steps_ = count;
   buffers_.SetTimeStepCount(count);
   transforms_.resize(count);
-  is_modified_ = true;
 }
 
 void Geometry::SetTimeRange(float start, float end) {

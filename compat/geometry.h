@@ -14,7 +14,7 @@
 namespace dacrt::compat {
 
 /// Changes mark a geometry modified until the program commits it, except where Embree does not ask
-/// for a commit either: user data, enabling, callbacks, and setting a buffer.
+/// for a commit either: user data, enabling, callbacks, time steps, and setting a buffer.
 ///
 /// Threads: like the API, one at a time for one geometry; reading is safe from any number.
 class Geometry : public std::enable_shared_from_this<Geometry> {

@@ -93,24 +93,6 @@ RTC_API unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry hgeometry, unsig
   return kNoHalfEdge;
 }
 
-// rtcore_geometry.h: interpolation
-
-RTC_API void rtcInterpolate(const RTCInterpolateArguments* args) {
-  if (args) {
-    RefuseOn(__func__, args->geometry, "args->geometry");
-  } else {
-    RefusePointer(__func__, args, "args");
-  }
-}
-
-RTC_API void rtcInterpolateN(const RTCInterpolateNArguments* args) {
-  if (args) {
-    RefuseOn(__func__, args->geometry, "args->geometry");
-  } else {
-    RefusePointer(__func__, args, "args");
-  }
-}
-
 // rtcore_scene.h: point queries and collisions
 
 RTC_API bool rtcPointQuery(RTCScene hscene, RTCPointQuery*, RTCPointQueryContext*,

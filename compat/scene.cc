@@ -7,6 +7,14 @@
 #include "device.h"
 
 namespace dacrt::compat {
+namespace {
+
+RTCBounds ToEmbree(const dacrt::Bounds& bounds) {
+  return {bounds.lower[0], bounds.lower[1], bounds.lower[2], 0,
+          bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+}
+
+}  // namespace
 
 Scene::Scene(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 
@@ -180,19 +188,22 @@ void Scene::SetBuildQuality(RTCBuildQuality quality) {
   }
 }
 
-RTCBounds Scene::Bounds() const {
-  const std::lock_guard lock(geometries_mutex_);
+const dacrt::Scene& Scene::CommittedAsItStands() const {
   if (revision_ != committed_revision_) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
   }
-  const dacrt::Bounds bounds = Committed().bounds();
-  return {bounds.lower[0], bounds.lower[1], bounds.lower[2], 0,
-          bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
+  return Committed();
+}
+
+RTCBounds Scene::Bounds() const {
+  const std::lock_guard lock(geometries_mutex_);
+  return ToEmbree(CommittedAsItStands().bounds());
 }
 
 RTCLinearBounds Scene::LinearBounds() const {
-  const RTCBounds bounds = Bounds();
-  return {bounds, bounds};
+  const std::lock_guard lock(geometries_mutex_);
+  const dacrt::LinearBounds bounds = CommittedAsItStands().linear_bounds();
+  return {ToEmbree(bounds.begin), ToEmbree(bounds.end)};
 }
 
 std::shared_ptr<const dacrt::Scene> Scene::CommittedShared() const {

@@ -99,6 +99,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
   void CheckGeometriesCommitted() const;
   void CheckInstances() const;
+  /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached or detached since.
+  const dacrt::Scene& CommittedAsItStands() const;
   bool NeedsCommit() const;
   Selection Select() const;
   void Install(const Selection& selection, std::shared_ptr<const Snapshot> snapshot);

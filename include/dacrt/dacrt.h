@@ -95,10 +95,13 @@ class Scene {
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  /// Bounds of the triangles that can be hit; empty if there are none.
+  /// Bounds of what can be hit at any time; empty if there is nothing.
   Bounds bounds() const;
 
-  /// Number of triangles that can be hit.
+  /// The same at the ends of the time from 0 to 1. Reads every mesh.
+  LinearBounds linear_bounds() const;
+
+  /// Number of primitives that can be hit; of grids, of their quads.
   std::size_t triangle_count() const;
 
   /// Bytes that the scene may come to keep between calls, beside the meshes' description: 0 if

@@ -19,6 +19,12 @@ struct Bounds {
   float upper[3];
 };
 
+/// Bounds that move: those at time t from 0 to 1 lie in (1 - t) * begin + t * end.
+struct LinearBounds {
+  Bounds begin;
+  Bounds end;
+};
+
 /// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
 /// during each Trace, and never copied: it must stay in place and unchanged while a scene that was
 /// made from it exists.
@@ -46,7 +52,7 @@ enum class Shape : uint8_t {
   kQuads,          ///< four indices each; the triangles (0, 1, 3) and (2, 3, 1)
   kGrids,          ///< a GridPrimitive each: a rectangle of vertices, a quad between each four
   kSpheres,        ///< a vertex each: centre and radius
-  kDiscs,          ///< a vertex each: centre and radius, facing the ray
+  kDiscs,          ///< the same, facing the ray; none for rays from within the sphere
   kOrientedDiscs,  ///< the same, with a normal each
   kUser,           ///< known by callbacks only
   kInstance,       ///< another scene, in one primitive

@@ -122,6 +122,10 @@ void Extend(Box& box, const Box& other) {
   box.Extend(other.upper);
 }
 
+Bounds ToBounds(const Box& box) {
+  return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
+}
+
 /// A rotation takes each point of a box no further from the origin than it was: bounds of the
 /// instance between two steps that are in parts.
 Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box) {
@@ -168,16 +172,16 @@ void Shapes::Derive(uint32_t geometry) {
     derived.steps = g.user_time_steps;
     if (!g.bounds.function) derived.item_count = 0;
     for (uint32_t item = 0; item < derived.item_count; ++item) {
-      Box all = Box::Empty();
-      bool usable = true;
       for (uint32_t step = 0; step < derived.steps; ++step) {
         Bounds bounds{{1, 1, 1}, {-1, -1, -1}};
         g.bounds.function(g.bounds.data, item, step, bounds);
-        usable &= IsUsable(bounds);
-        all.Extend(bounds.lower);
-        all.Extend(bounds.upper);
+        Box box = Box::Empty();
+        if (IsUsable(bounds)) {
+          box.Extend(bounds.lower);
+          box.Extend(bounds.upper);
+        }
+        derived.bounds.push_back(box);
       }
-      derived.bounds.push_back(usable ? all : Box::Empty());
     }
     return;
   }
@@ -203,32 +207,35 @@ void Shapes::DeriveInstance(uint32_t geometry) {
   derived.item_count = 1;
   derived.steps = static_cast<uint32_t>(g.transforms.size());
   const Box& box = derived.scene->bounds;
-  Box all = Box::Empty();
-  if (!box.IsEmpty()) {
-    for (std::size_t i = 0; i < g.transforms.size(); ++i) {
-      Extend(all, TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
-      if (i > 0 && g.transforms[i].in_parts && g.transforms[i - 1].in_parts) {
-        Extend(all, BoundRotation(g.transforms[i - 1], g.transforms[i], box));
-      }
-    }
+  derived.bounds.assign(derived.steps, Box::Empty());
+  for (std::size_t i = 0; i < derived.steps && !box.IsEmpty(); ++i) {
+    Extend(derived.bounds[i], TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
+    if (i == 0 || !g.transforms[i].in_parts || !g.transforms[i - 1].in_parts) continue;
+    const Box between = BoundRotation(g.transforms[i - 1], g.transforms[i], box);
+    Extend(derived.bounds[i - 1], between);
+    Extend(derived.bounds[i], between);
   }
-  derived.bounds.push_back(all);
   derived.to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
 }
 
-bool Shapes::BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const {
+bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end,
+                       Box& bounds) const {
   const Geometry& g = geometries_[geometry];
   const Derived& derived = derived_[geometry];
-  if (g.shape == Shape::kUser || g.shape == Shape::kInstance) {
-    bounds = derived.bounds[item];
-    return IsUsable(bounds.lower) && IsUsable(bounds.upper) && !bounds.IsEmpty();
-  }
   bounds = Box::Empty();
+  if (g.shape == Shape::kUser || g.shape == Shape::kInstance) {
+    for (uint32_t step = begin; step < end; ++step) {
+      const Box& box = derived.bounds[std::size_t{item} * derived.steps + step];
+      if (box.IsEmpty() || !IsUsable(box.lower) || !IsUsable(box.upper)) return false;
+      Extend(bounds, box);
+    }
+    return true;
+  }
   uint32_t index[4] = {item};
   std::size_t corners = 1;
   if (HasFacets(g.shape) && !FacetIndices(geometry, item, index, corners)) return false;
   if (!HasFacets(g.shape) && item >= g.vertex_count) return false;
-  for (uint32_t step = 0; step < derived.steps; ++step) {
+  for (uint32_t step = begin; step < end; ++step) {
     for (std::size_t i = 0; i < corners; ++i) {
       float corner[4] = {};
       std::memcpy(
@@ -338,6 +345,47 @@ AffineTransform Shapes::ToInstance(uint32_t geometry, float time) const {
   if (!IsMoving(geometry)) return derived_[geometry].to_instance;
   const Geometry& g = geometries_[geometry];
   return Inverse(TransformAt(g.transforms, g.time_range, time));
+}
+
+LinearBounds Shapes::BoundLinearly() const {
+  Box first = Box::Empty(), last = Box::Empty();
+  for (uint32_t geometry = 0; geometry < size(); ++geometry) {
+    const uint32_t steps = derived_[geometry].steps;
+    std::vector<Box> boxes(steps, Box::Empty());
+    for (uint32_t item = 0; item < ItemCount(geometry); ++item) {
+      Box box;
+      if (!BoundItem(geometry, item, box)) continue;
+      for (uint32_t step = 0; step < steps; ++step) {
+        if (BoundItem(geometry, item, step, step + 1, box)) Extend(boxes[step], box);
+      }
+    }
+    if (boxes[0].IsEmpty()) continue;
+    Box begin = boxes.front(), end = boxes.back();
+    if (steps > 1 && (geometries_[geometry].time_range.begin != 0 ||
+                      geometries_[geometry].time_range.end != 1)) {
+      // Some other time: what holds at all of them.
+      for (const Box& box : boxes) Extend(begin, box);
+      end = begin;
+    }
+    // Both ends give way as far as a step between them lies outside.
+    for (int axis = 0; axis < 3; ++axis) {
+      float below = 0, above = 0;
+      for (uint32_t step = 1; step + 1 < steps; ++step) {
+        const float time = static_cast<float>(step) / static_cast<float>(steps - 1);
+        const float lower = Interpolate(begin.lower[axis], end.lower[axis], time);
+        const float upper = Interpolate(begin.upper[axis], end.upper[axis], time);
+        below = std::min(below, boxes[step].lower[axis] - lower);
+        above = std::max(above, boxes[step].upper[axis] - upper);
+      }
+      begin.lower[axis] += below;
+      end.lower[axis] += below;
+      begin.upper[axis] += above;
+      end.upper[axis] += above;
+    }
+    Extend(first, begin);
+    Extend(last, end);
+  }
+  return {ToBounds(first), ToBounds(last)};
 }
 
 bool Shapes::has_callbacks() const {

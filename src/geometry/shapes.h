@@ -57,7 +57,13 @@ class Shapes {
   const SceneParts* InstancedScene(uint32_t geometry) const { return derived_[geometry].scene; }
 
   /// Bounds over all times. False if the item can not be hit.
-  bool BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const;
+  bool BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const {
+    return BoundItem(geometry, item, 0, derived_[geometry].steps, bounds);
+  }
+
+  /// Bounds of what can be hit at the times 0 and 1. What lies between them, interpolated, holds
+  /// what can be hit at other times.
+  LinearBounds BoundLinearly() const;
 
   /// Nothing if the geometry is not there at `time`.
   std::optional<Moment> MomentAt(uint32_t geometry, float time) const;
@@ -84,10 +90,13 @@ class Shapes {
     std::size_t item_count = 0;
     uint32_t steps = 1;
     std::vector<uint32_t> first_cells;  ///< of each grid
-    std::vector<Box> bounds;            ///< of user primitives, or of an instance
+    std::vector<Box> bounds;            ///< of user primitives or an instance, at each time step
     AffineTransform to_instance;        ///< of a still instance
     const SceneParts* scene = nullptr;  ///< of an instance
   };
+
+  /// Bounds at the time steps [begin, end).
+  bool BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end, Box& bounds) const;
 
   void Derive(uint32_t geometry);
   void DeriveInstance(uint32_t geometry);

@@ -300,6 +300,10 @@ Bounds Scene::bounds() const {
   return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
 }
 
+LinearBounds Scene::linear_bounds() const {
+  return implementation_->parts.meshes.shapes().BoundLinearly();
+}
+
 std::size_t Scene::triangle_count() const { return implementation_->parts.triangle_count; }
 
 std::size_t Scene::KeptBytes() const {

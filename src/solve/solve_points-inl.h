@@ -18,11 +18,12 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// A ray's passage by a vector of points: nearest to the centre at `t`, `beside` away from it,
-/// which has the length `distance2` when squared.
+/// which has the length `distance2` when squared; the centre is `center2` from the origin, squared.
 struct Passage {
   V t;
   V beside[3];
   V distance2;
+  V center2;
   V length2;  ///< of the ray's direction
 };
 
@@ -36,6 +37,7 @@ HWY_INLINE Passage PassPoints(const TestRays& rays, const V* center) {
     passage.beside[axis] = hn::NegMulAdd(passage.t, rays.dir[axis], to_center[axis]);
   }
   passage.distance2 = Dot(passage.beside, passage.beside);
+  passage.center2 = Dot(to_center, to_center);
   return passage;
 }
 
@@ -134,8 +136,9 @@ class PointSolver {
     if (hn::AllFalse(kFloat, meet)) return;
     V ng[3];
     if (shape == Shape::kDiscs) {
+      const M outside = hn::Gt(passage.center2, radius2);
       for (int axis = 0; axis < 3; ++axis) ng[axis] = hn::Neg(ray.dir[axis]);
-      return Offer(slot, i, ray, interval, meet, passage.t, ng);
+      return Offer(slot, i, ray, interval, hn::And(meet, outside), passage.t, ng);
     }
     const V half = hn::Sqrt(hn::Div(hn::Sub(radius2, passage.distance2), passage.length2));
     for (const float side : {-1.0f, 1.0f}) {

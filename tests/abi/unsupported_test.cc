@@ -21,17 +21,12 @@ void ExpectRefusal(Session& s, const std::string& function, const std::string& w
 TEST(Unsupported, GeometryTypesAreNamed) {
   Session s(DropIn());
   const std::pair<RTCGeometryType, const char*> types[] = {
-      {RTC_GEOMETRY_TYPE_QUAD, "quad mesh"},
-      {RTC_GEOMETRY_TYPE_GRID, "grid mesh"},
       {RTC_GEOMETRY_TYPE_SUBDIVISION, "subdivision surface"},
       {RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE, "linear curve"},
       {RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE, "Bezier curve"},
       {RTC_GEOMETRY_TYPE_ROUND_BSPLINE_CURVE, "B-spline curve"},
       {RTC_GEOMETRY_TYPE_ROUND_HERMITE_CURVE, "Hermite curve"},
-      {RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE, "Catmull-Rom curve"},
-      {RTC_GEOMETRY_TYPE_SPHERE_POINT, "point"},
-      {RTC_GEOMETRY_TYPE_USER, "user geometry"},
-      {RTC_GEOMETRY_TYPE_INSTANCE, "instance"}};
+      {RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE, "Catmull-Rom curve"}};
   for (const auto& [type, name] : types) {
     EXPECT_EQ(s.api.rtcNewGeometry(s.device, type), nullptr);
     ExpectRefusal(s, "rtcNewGeometry", name);
@@ -40,11 +35,8 @@ TEST(Unsupported, GeometryTypesAreNamed) {
 
 TEST(Unsupported, PropertiesTellTheTruth) {
   Session s(DropIn());
-  for (const RTCDeviceProperty property :
-       {RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED, RTC_DEVICE_PROPERTY_QUAD_GEOMETRY_SUPPORTED,
-        RTC_DEVICE_PROPERTY_SUBDIVISION_GEOMETRY_SUPPORTED,
-        RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED, RTC_DEVICE_PROPERTY_USER_GEOMETRY_SUPPORTED,
-        RTC_DEVICE_PROPERTY_POINT_GEOMETRY_SUPPORTED}) {
+  for (const RTCDeviceProperty property : {RTC_DEVICE_PROPERTY_SUBDIVISION_GEOMETRY_SUPPORTED,
+                                           RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED}) {
     EXPECT_EQ(s.api.rtcGetDeviceProperty(s.device, property), 0) << property;
   }
 }
@@ -54,34 +46,12 @@ TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
   const Api& api = s.api;
   const RTCGeometry g = s.Triangle();
   const RTCScene scene = s.SceneOf(g);
-  RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments*) {};
   RTCPointQueryFunction on_point = [](RTCPointQueryFunctionArguments*) { return false; };
-  float transform[16] = {};
-  RTCQuaternionDecomposition quaternion;
-  rtcInitQuaternionDecomposition(&quaternion);
-  RTCInterpolateArguments interpolate{};
-  RTCInterpolateNArguments interpolate_n{};
-  interpolate.geometry = interpolate_n.geometry = g;
   constexpr unsigned int kNoHalfEdge = ~0u;
-  constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
 
   const std::pair<const char*, std::function<void()>> calls[] = {
-      {"rtcSetGeometryIntersectFilterFunction",
-       [&] { api.rtcSetGeometryIntersectFilterFunction(g, filter); }},
-      {"rtcSetGeometryOccludedFilterFunction",
-       [&] { api.rtcSetGeometryOccludedFilterFunction(g, filter); }},
       {"rtcSetGeometryPointQueryFunction",
        [&] { api.rtcSetGeometryPointQueryFunction(g, on_point); }},
-      {"rtcSetGeometryUserPrimitiveCount", [&] { api.rtcSetGeometryUserPrimitiveCount(g, 1); }},
-      {"rtcSetGeometryBoundsFunction",
-       [&] { api.rtcSetGeometryBoundsFunction(g, nullptr, nullptr); }},
-      {"rtcSetGeometryIntersectFunction", [&] { api.rtcSetGeometryIntersectFunction(g, nullptr); }},
-      {"rtcSetGeometryOccludedFunction", [&] { api.rtcSetGeometryOccludedFunction(g, nullptr); }},
-      {"rtcSetGeometryInstancedScene", [&] { api.rtcSetGeometryInstancedScene(g, scene); }},
-      {"rtcSetGeometryTransform", [&] { api.rtcSetGeometryTransform(g, 0, kMatrix, transform); }},
-      {"rtcSetGeometryTransformQuaternion",
-       [&] { api.rtcSetGeometryTransformQuaternion(g, 0, &quaternion); }},
-      {"rtcGetGeometryTransform", [&] { api.rtcGetGeometryTransform(g, 0, kMatrix, transform); }},
       {"rtcSetGeometryMaxRadiusScale", [&] { api.rtcSetGeometryMaxRadiusScale(g, 1); }},
       {"rtcSetGeometryTessellationRate", [&] { api.rtcSetGeometryTessellationRate(g, 1); }},
       {"rtcSetGeometryTopologyCount", [&] { api.rtcSetGeometryTopologyCount(g, 1); }},
@@ -100,8 +70,6 @@ TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
        [&] { EXPECT_EQ(api.rtcGetGeometryPreviousHalfEdge(g, 0), kNoHalfEdge); }},
       {"rtcGetGeometryOppositeHalfEdge",
        [&] { EXPECT_EQ(api.rtcGetGeometryOppositeHalfEdge(g, 0, 0), kNoHalfEdge); }},
-      {"rtcInterpolate", [&] { api.rtcInterpolate(&interpolate); }},
-      {"rtcInterpolateN", [&] { api.rtcInterpolateN(&interpolate_n); }},
       {"rtcPointQuery",
        [&] { EXPECT_FALSE(api.rtcPointQuery(scene, nullptr, nullptr, nullptr, nullptr)); }},
       {"rtcPointQuery4",
@@ -127,14 +95,10 @@ TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
 
 TEST(Unsupported, FunctionsWithoutAHandleReportToTheThread) {
   const Api& api = DropIn();
-  RTCIntersectFunctionNArguments intersect{};
-  RTCOccludedFunctionNArguments occluded{};
   RTCBuildArguments build = rtcDefaultBuildArguments();
   char memory[8];
   const auto bvh = reinterpret_cast<RTCBVH>(memory);
   const std::function<void()> calls[] = {
-      [&] { api.rtcFilterIntersection(&intersect, nullptr); },
-      [&] { api.rtcFilterOcclusion(&occluded, nullptr); },
       [&] { EXPECT_EQ(api.rtcBuildBVH(&build), nullptr); },
       [&] {
         const auto allocator = reinterpret_cast<RTCThreadLocalAllocator>(memory);
