@@ -2,116 +2,112 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 
 #include "boundary.h"
-#include "geometry.h"
-#include "names.h"
 
 namespace dacrt::compat {
 namespace {
 
-/// A triangle of a primitive, and where in it the point lies.
-struct Place {
-  uint32_t corner[3];
-  float u, v;
-  bool is_turned;  ///< its edges run against the primitive's u and v
-};
-
-template <class T>
-T ReadItem(const BufferView& view, unsigned int i) {
-  T value;
-  std::memcpy(&value, view.data() + i * view.stride, sizeof(value));
-  return value;
-}
-
-/// Of the two triangles of a quad (0, 1, 3) and (2, 3, 1) the one that holds (u, v).
-Place InQuad(const uint32_t* corner, float u, float v) {
-  if (u + v <= 1.0f) return {{corner[0], corner[1], corner[3]}, u, v, false};
-  return {{corner[2], corner[3], corner[1]}, 1.0f - u, 1.0f - v, true};
-}
-
-Place InGrid(const RTCGrid& grid, float u, float v) {
-  const auto locate = [](float& x, unsigned int vertices) {
-    const unsigned int cells = vertices < 2 ? 1 : vertices - 1;
-    const float place = x * static_cast<float>(cells);
-    // Embree goes one cell too far at 1, and may read what is no vertex of the grid.
-    const float cell = std::clamp(std::floor(place), 0.0f, static_cast<float>(cells - 1));
-    x = place - cell;
-    return static_cast<uint32_t>(cell);
-  };
-  const uint32_t x = locate(u, grid.width), y = locate(v, grid.height);
-  const uint32_t first = grid.startVertexID + y * grid.stride + x;
-  const uint32_t corner[4] = {first, first + 1, first + grid.stride + 1, first + grid.stride};
-  return InQuad(corner, u, v);
-}
-
-Place FindPlace(const Geometry& geometry, unsigned int primitive, float u, float v) {
-  const bool is_grid = geometry.type() == RTC_GEOMETRY_TYPE_GRID;
-  const BufferView& primitives =
-      geometry.buffers().View(is_grid ? RTC_BUFFER_TYPE_GRID : RTC_BUFFER_TYPE_INDEX, 0);
-  if (!primitives.data() || primitive >= primitives.count) {
-    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "primID = ", primitive,
+/// Item `i` of the buffer that describes the primitives.
+template <class Primitive>
+Primitive ReadPrimitive(const BufferView& primitives, uint32_t i) {
+  if (!primitives.data() || i >= primitives.count) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "primID = ", i,
                    " is not below the number of primitives, which is ", primitives.count);
   }
-  if (is_grid) return InGrid(ReadItem<RTCGrid>(primitives, primitive), u, v);
-  struct Triangle {
-    uint32_t corner[3];
-  };
-  struct Quad {
-    uint32_t corner[4];
-  };
-  if (geometry.type() == RTC_GEOMETRY_TYPE_QUAD) {
-    return InQuad(ReadItem<Quad>(primitives, primitive).corner, u, v);
+  Primitive primitive;
+  std::memcpy(&primitive, primitives.data() + i * primitives.stride, sizeof(primitive));
+  return primitive;
+}
+
+/// A point between four vertices: in the triangle at the first, or in the one at the third.
+InterpolationPoint PointInFacets(const uint32_t (&corner)[4], float u, float v) {
+  if (u + v <= 1) return {corner[0], corner[1], corner[3], u, v};
+  return {corner[2], corner[3], corner[1], 1 - u, 1 - v, /*turned=*/true};
+}
+
+const std::byte* Item(const BufferView& data, uint32_t i) {
+  if (!data.data() || i >= data.count) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "the primitive's vertex ", i,
+                   " is not below the number of the buffer's items, which is ", data.count);
   }
-  const auto triangle = ReadItem<Triangle>(primitives, primitive);
-  return {{triangle.corner[0], triangle.corner[1], triangle.corner[2]}, u, v, false};
+  return data.data() + i * data.stride;
+}
+
+float Value(const std::byte* item, std::size_t i) {
+  float value;
+  std::memcpy(&value, item + i * sizeof(value), sizeof(value));
+  return value;
 }
 
 }  // namespace
 
-void Interpolate(const Geometry& geometry, unsigned int primitive, float u, float v,
-                 RTCBufferType type, unsigned int slot, unsigned int count, std::size_t stride,
-                 const InterpolationOutput& output) {
-  switch (geometry.type()) {
-    case RTC_GEOMETRY_TYPE_TRIANGLE:
-    case RTC_GEOMETRY_TYPE_QUAD:
-    case RTC_GEOMETRY_TYPE_GRID:
-      break;
-    default:
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(geometry.type()),
-                     ", in which nothing is interpolated");
-  }
-  if (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE) {
-    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "bufferType = ", static_cast<int>(type),
-                   " is neither VERTEX nor VERTEX_ATTRIBUTE");
-  }
-  const BufferView& values = geometry.buffers().View(type, slot);
-  const Place place = FindPlace(geometry, primitive, u, v);
-  for (const uint32_t corner : place.corner) {
-    if (values.data() && corner < values.count) continue;
-    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "primID = ", primitive, " has the vertex ", corner,
-                   ", and bufferSlot = ", slot, " has ", values.count);
-  }
-  const auto put = [&](float* to, std::size_t i, float value) {
-    if (to) to[i * stride] = value;
+InterpolationPoint PointInTriangle(const BufferView& primitives, uint32_t primitive, float u,
+                                   float v) {
+  struct Triangle {
+    uint32_t corner[3];
   };
-  const float w = 1.0f - place.u - place.v;
-  for (std::size_t i = 0; i < count; ++i) {
-    float p[3];
-    for (int corner = 0; corner < 3; ++corner) {
-      std::memcpy(&p[corner],
-                  values.data() + place.corner[corner] * values.stride + i * sizeof(float),
-                  sizeof(float));
+  const auto triangle = ReadPrimitive<Triangle>(primitives, primitive);
+  return {triangle.corner[0], triangle.corner[1], triangle.corner[2], u, v};
+}
+
+InterpolationPoint PointInQuad(const BufferView& primitives, uint32_t primitive, float u, float v) {
+  struct Quad {
+    uint32_t corner[4];
+  };
+  return PointInFacets(ReadPrimitive<Quad>(primitives, primitive).corner, u, v);
+}
+
+InterpolationPoint PointInGrid(const BufferView& primitives, uint32_t primitive, float u, float v) {
+  const auto grid = ReadPrimitive<RTCGrid>(primitives, primitive);
+  if (grid.width < 2 || grid.height < 2) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "primID = ", primitive, " is a grid of ", grid.width,
+                   " x ", grid.height, " vertices");
+  }
+  const auto columns = static_cast<float>(grid.width - 1);
+  const auto rows = static_cast<float>(grid.height - 1);
+  // What is not a number counts as 1, as in Embree.
+  const auto clamp = [](float x) { return x < 1 ? std::max(x, 0.0f) : 1.0f; };
+  const float x = clamp(u) * columns, y = clamp(v) * rows;
+  // The far edges belong to the last cells. Embree takes the cells behind them, which has the same
+  // vertices for the point, but others, of the next row or of none, for the derivatives.
+  const float column = std::min(std::floor(x), columns - 1);
+  const float row = std::min(std::floor(y), rows - 1);
+  const uint32_t first =
+      grid.startVertexID + static_cast<uint32_t>(row) * grid.stride + static_cast<uint32_t>(column);
+  InterpolationPoint point = PointInFacets(
+      {first, first + 1, first + 1 + grid.stride, first + grid.stride}, x - column, y - row);
+  point.columns = columns;
+  point.rows = rows;
+  return point;
+}
+
+void Interpolate(const BufferView& data, const InterpolationPoint& point, std::size_t value_count,
+                 const InterpolationOutput& output) {
+  const std::byte* const a = Item(data, point.a);
+  const std::byte* const b = Item(data, point.b);
+  const std::byte* const c = Item(data, point.c);
+  const float weight = 1 - point.u - point.v;
+  const auto put = [&](float* to, std::size_t i, float value) {
+    if (to) to[i * output.stride] = value;
+  };
+  for (std::size_t i = 0; i < value_count; ++i) {
+    const float value_a = Value(a, i), value_b = Value(b, i), value_c = Value(c, i);
+    // Embree's order of operations.
+    put(output.p, i, weight * value_a + (point.u * value_b + point.v * value_c));
+    if (output.dpdu) {
+      const auto step = [&](float value) {
+        return point.turned ? value_a - value : value - value_a;
+      };
+      put(output.dpdu, i, step(value_b) / point.columns);
+      put(output.dpdv, i, step(value_c) / point.rows);
     }
-    const float along_u = p[1] - p[0], along_v = p[2] - p[0];
-    put(output.value, i, std::fma(w, p[0], std::fma(place.u, p[1], place.v * p[2])));
-    put(output.along_u, i, place.is_turned ? -along_u : along_u);
-    put(output.along_v, i, place.is_turned ? -along_v : along_v);
-    put(output.along_uu, i, 0.0f);
-    put(output.along_vv, i, 0.0f);
-    put(output.along_uv, i, 0.0f);
+    if (output.ddpdudu) {
+      put(output.ddpdudu, i, 0);
+      put(output.ddpdvdv, i, 0);
+      put(output.ddpdudv, i, 0);
+    }
   }
 }
 
