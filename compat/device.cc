@@ -18,8 +18,9 @@ uint64_t ThreadNumber() {
 }  // namespace
 
 Device::Device(const Config& config)
-    : engine_(std::make_shared<dacrt::Device>(config.settings)),
-      ignore_masks_(config.ignore_masks) {
+    : ignore_masks_(config.ignore_masks),
+      engine_(std::make_shared<dacrt::Device>(
+          config.settings, [this](std::ptrdiff_t bytes) { return Announce(bytes); })) {
   if (config.verbose >= 1) {
     std::printf("dacrt %s in place of Embree %s, instruction set %s%s\n", DACRT_VERSION,
                 RTC_VERSION_STRING, std::string(Name(engine_->instruction_set())).c_str(),
@@ -54,27 +55,20 @@ void Device::SetErrorFunction(RTCErrorFunction function, void* user_pointer) {
 }
 
 void Device::AnnounceAllocation(std::size_t bytes) {
-  Callback<RTCMemoryMonitorFunction> monitor;
-  {
-    const std::lock_guard lock(mutex_);
-    monitor = memory_monitor_;
-  }
-  if (monitor.function &&
-      !monitor.function(monitor.user_pointer, static_cast<ssize_t>(bytes), false)) {
+  if (!Announce(static_cast<std::ptrdiff_t>(bytes))) {
     throw ApiError(RTC_ERROR_OUT_OF_MEMORY, "the memory monitor refused ", bytes, " bytes");
   }
 }
 
-void Device::AnnounceFree(std::size_t bytes) {
+void Device::AnnounceFree(std::size_t bytes) { Announce(-static_cast<std::ptrdiff_t>(bytes)); }
+
+bool Device::Announce(std::ptrdiff_t bytes) {
   Callback<RTCMemoryMonitorFunction> monitor;
   {
     const std::lock_guard lock(mutex_);
     monitor = memory_monitor_;
   }
-  // What it answers has no meaning here.
-  if (monitor.function) {
-    monitor.function(monitor.user_pointer, -static_cast<ssize_t>(bytes), true);
-  }
+  return !monitor.function || monitor.function(monitor.user_pointer, bytes, bytes < 0);
 }
 
 void Device::SetMemoryMonitorFunction(RTCMemoryMonitorFunction function, void* user_pointer) {

@@ -47,19 +47,23 @@ class Device : public std::enable_shared_from_this<Device> {
   ssize_t Property(RTCDeviceProperty property) const;
 
  private:
+  /// Tells the memory monitor. False if it refuses.
+  bool Announce(std::ptrdiff_t bytes);
+
   template <class Function>
   struct Callback {
     Function function = nullptr;
     void* user_pointer = nullptr;
   };
 
-  const std::shared_ptr<dacrt::Device> engine_;
   const bool ignore_masks_;
 
   mutable std::mutex mutex_;                              ///< of everything below
   std::unordered_map<uint64_t, RTCError> unread_errors_;  ///< by thread
   Callback<RTCErrorFunction> error_callback_;
   Callback<RTCMemoryMonitorFunction> memory_monitor_;
+
+  const std::shared_ptr<dacrt::Device> engine_;  ///< last, because it tells the monitor to its end
 };
 
 inline Device& DeviceOf(Device& device) { return device; }

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -17,6 +18,11 @@
 
 namespace dacrt {
 
+/// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
+/// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
+/// returns has no meaning. That is workspaces, and what scenes keep. Any thread may call it.
+using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
+
 /// Owns what calls share: the settings, the choice of instruction set, and the workspaces, which
 /// are kept between calls.
 ///
@@ -24,7 +30,7 @@ namespace dacrt {
 class Device {
  public:
   /// Throws std::invalid_argument for illegal settings (see Validate).
-  explicit Device(const Settings& settings = {});
+  explicit Device(const Settings& settings = {}, MemoryMonitor monitor = nullptr);
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
@@ -37,6 +43,8 @@ class Device {
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack.
   /// With a piece of R rays for each of W threads that work on the call (src/engine/call_plan.h)
   ///     bytes = W * (kRayBytes * R + a constant) + kTriangleBytes * triangle_count
+  /// and with a kept partition at least those of one thread with a piece of 1,024 rays, which are
+  /// reserved when a scene is made.
   /// The constants are stated in src/runtime/workspace.h, and for the triangles in
   /// src/partition/grid.h where a partition is kept: they are then needed only by the first calls,
   /// while large subsets are split. The device keeps as many workspaces as threads worked at once,
@@ -83,7 +91,8 @@ class Scene {
   /// where distances are equal.
   /// Throws std::invalid_argument if a pointer is null while its count is not zero, or if an
   /// address or stride is not a multiple of four; std::length_error if there are 2^32 - 1
-  /// triangles or more; std::bad_alloc if the memory of what is kept cannot be had.
+  /// triangles or more; std::bad_alloc if the memory of what is kept, or of the least workspace,
+  /// cannot be had.
   Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,
         Keep keep = Keep::kByBudget);
 
@@ -122,9 +131,12 @@ class Scene {
   /// The same rays get the same bits whatever the settings, the pieces and the other rays in the
   /// batch. Not promised: the same bits on two different instruction sets; watertight edges.
   ///
+  /// Memory: where the workspace cannot be had, the call makes do with fewer threads and smaller
+  /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory
+  /// only if other calls have all that there is.
+  ///
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
-  /// std::bad_alloc if the workspace cannot be had, not even for smaller pieces on one thread; no
-  /// ray has changed then.
+  /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
 
  private:

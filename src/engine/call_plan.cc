@@ -1,6 +1,8 @@
 #include "engine/call_plan.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 
 namespace dacrt {
 namespace {
@@ -42,6 +44,13 @@ bool CallPlan::Shrink() {
   if (piece_rays <= kLeastPieceRays) return false;
   piece_rays = std::max(piece_rays / 4, kLeastPieceRays);
   return true;
+}
+
+CallPlan CallPlan::Least(bool keeps, const Settings& settings) {
+  CallPlan plan(std::numeric_limits<uint32_t>::max(), 1, keeps, settings);
+  while (plan.Shrink()) {
+  }
+  return plan;
 }
 
 }  // namespace dacrt

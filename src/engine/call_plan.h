@@ -16,6 +16,9 @@ struct CallPlan {
   /// none.
   bool Shrink();
 
+  /// The plan that every call can fall back to: one thread, and the smallest pieces.
+  static CallPlan Least(bool keeps, const Settings& settings);
+
   std::size_t PieceCount(std::size_t rays) const { return (rays + piece_rays - 1) / piece_rays; }
 
   std::size_t piece_rays;

@@ -1,6 +1,7 @@
 #include "engine/device.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/call_plan.h"
 #include "partition/grid.h"
@@ -8,9 +9,11 @@
 
 namespace dacrt {
 
-Device::Implementation::Implementation(const Settings& settings)
+Device::Implementation::Implementation(const Settings& settings, MemoryMonitor monitor)
     : settings(settings),
       kernels(ChooseKernels(settings.instruction_set, instruction_set)),
+      memory(std::move(monitor)),
+      workspaces(memory),
       tasks(settings.threads) {}
 
 bool Device::Implementation::Keeps(std::size_t triangles, Keep keep) const {
@@ -33,12 +36,15 @@ std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t
                                               bool keeps) const {
   const CallPlan plan(rays, tasks.threads(), keeps, settings);
   const WorkspaceShape shape(triangles, plan.piece_rays, keeps, settings);
-  return plan.workers * shape.Bytes() + (keeps ? Grid::Bytes(triangles) : 0);
+  if (!keeps) return plan.workers * shape.Bytes();
+  const WorkspaceShape floor(triangles, CallPlan::Least(keeps, settings).piece_rays, keeps,
+                             settings);
+  return std::max(plan.workers * shape.Bytes(), floor.Bytes()) + Grid::Bytes(triangles);
 }
 
-Device::Device(const Settings& settings) {
+Device::Device(const Settings& settings, MemoryMonitor monitor) {
   Validate(settings);
-  implementation_ = std::make_unique<Implementation>(settings);
+  implementation_ = std::make_unique<Implementation>(settings, std::move(monitor));
 }
 
 Device::~Device() = default;

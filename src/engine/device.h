@@ -10,7 +10,7 @@ namespace dacrt {
 
 class Device::Implementation {
  public:
-  explicit Implementation(const Settings& settings);
+  Implementation(const Settings& settings, MemoryMonitor monitor);
 
   /// Whether a scene of so many triangles keeps its partition, and in how many bytes.
   bool Keeps(std::size_t triangles, Keep keep) const;
@@ -22,6 +22,7 @@ class Device::Implementation {
   Settings settings;
   InstructionSet instruction_set;
   const Kernels& kernels;
+  MemoryAccount memory;
   WorkspacePool workspaces;
   TaskPool tasks;
 };

@@ -1,5 +1,7 @@
 #include "runtime/workspace.h"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace dacrt {
@@ -116,22 +118,35 @@ WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
 
 WorkspacePool::Loan::~Loan() {
   const std::lock_guard lock(pool_.mutex_);
-  pool_.idle_.push_back(std::move(workspace_));
+  // The largest one is lent next.
+  const auto place = std::find_if(pool_.idle_.begin(), pool_.idle_.end(), [&](const auto& other) {
+    return other->bytes() > workspace_->bytes();
+  });
+  pool_.idle_.insert(place, std::move(workspace_));
 }
 
 void WorkspacePool::Loan::Reserve(const WorkspaceShape& shape) {
-  const auto count = [this](std::size_t before) {
+  const std::size_t before = workspace_->bytes();
+  const std::size_t more = shape.Bytes() > before ? shape.Bytes() - before : 0;
+  // Outside the lock: a monitor may call us.
+  pool_.memory_.Take(more);
+  const auto count = [&] {
     const std::lock_guard lock(pool_.mutex_);
     pool_.bytes_held_ += workspace_->bytes() - before;
   };
-  const std::size_t before = workspace_->bytes();
   try {
     workspace_->Reserve(shape);
   } catch (...) {
-    count(before);
+    count();
+    pool_.memory_.Give(before + more);
     throw;
   }
-  count(before);
+  count();
+}
+
+void WorkspacePool::KeepFloor(const WorkspaceShape& shape) {
+  Loan loan(*this);
+  loan.Reserve(shape);
 }
 
 std::size_t WorkspacePool::BytesHeld() const {
@@ -140,10 +155,42 @@ std::size_t WorkspacePool::BytesHeld() const {
 }
 
 void WorkspacePool::ReleaseIdle() {
-  const std::lock_guard lock(mutex_);
-  for (const auto& workspace : idle_) bytes_held_ -= workspace->bytes();
-  workspaces_ -= idle_.size();
-  idle_.clear();
+  std::vector<std::unique_ptr<Workspace>> released;
+  {
+    const std::lock_guard lock(mutex_);
+    released = TakeIdle(idle_.size());
+  }
+  Release(std::move(released));
+}
+
+void WorkspacePool::ReleaseSpare() {
+  std::vector<std::unique_ptr<Workspace>> released;
+  {
+    const std::lock_guard lock(mutex_);
+    released = TakeIdle(idle_.empty() ? 0 : idle_.size() - 1);
+  }
+  Release(std::move(released));
+}
+
+/// The `count` smallest.
+std::vector<std::unique_ptr<Workspace>> WorkspacePool::TakeIdle(std::size_t count) {
+  const auto begin = idle_.begin(), end = begin + static_cast<std::ptrdiff_t>(count);
+  std::vector<std::unique_ptr<Workspace>> taken(std::make_move_iterator(begin),
+                                                std::make_move_iterator(end));
+  idle_.erase(begin, end);  // which leaves the room for those on loan
+  return taken;
+}
+
+void WorkspacePool::Release(std::vector<std::unique_ptr<Workspace>> workspaces) {
+  std::size_t bytes = 0;
+  for (const auto& workspace : workspaces) bytes += workspace->bytes();
+  {
+    const std::lock_guard lock(mutex_);
+    bytes_held_ -= bytes;
+    workspaces_ -= workspaces.size();
+  }
+  workspaces.clear();
+  memory_.Give(bytes);
 }
 
 }  // namespace dacrt

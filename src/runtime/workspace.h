@@ -9,6 +9,7 @@
 
 #include "geometry/triangle_refs.h"
 #include "rays/ray_batch.h"
+#include "runtime/memory_account.h"
 #include "runtime/pages.h"
 #include "runtime/scratch.h"
 
@@ -103,6 +104,10 @@ class Workspace {
 /// The workspaces of a device. Threads: any number may use a pool at once.
 class WorkspacePool {
  public:
+  /// `memory` is told of all workspaces, and must outlive the pool.
+  explicit WorkspacePool(const MemoryAccount& memory) : memory_(memory) {}
+  ~WorkspacePool() { ReleaseIdle(); }
+
   /// A workspace on loan; goes back when this is destroyed.
   class Loan {
    public:
@@ -121,12 +126,23 @@ class WorkspacePool {
     std::unique_ptr<Workspace> workspace_;
   };
 
+  /// Sees to it that there is a workspace for `shape`, which calls find when no more memory can be
+  /// had. Throws std::bad_alloc.
+  void KeepFloor(const WorkspaceShape& shape);
+
   std::size_t BytesHeld() const;
+  /// All of them, the floor included: the next call takes memory anew.
   void ReleaseIdle();
+  /// Those that are not the largest, so that the floor stays.
+  void ReleaseSpare();
 
  private:
+  std::vector<std::unique_ptr<Workspace>> TakeIdle(std::size_t count);
+  void Release(std::vector<std::unique_ptr<Workspace>> workspaces);
+
+  const MemoryAccount& memory_;
   mutable std::mutex mutex_;
-  std::vector<std::unique_ptr<Workspace>> idle_;  ///< with room for those on loan
+  std::vector<std::unique_ptr<Workspace>> idle_;  ///< smallest first; with room for those on loan
   std::size_t workspaces_ = 0;                    ///< idle or on loan
   std::size_t bytes_held_ = 0;                    ///< idle or on loan
 };

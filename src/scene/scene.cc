@@ -78,6 +78,10 @@ class Scene::Implementation {
     }
     has_callbacks = parts.meshes.shapes().has_callbacks();
     for (const auto& scene : instanced) has_callbacks |= scene->implementation_->has_callbacks;
+    // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
+    if (parts.kept) {
+      Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
+    }
   }
 
   static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
@@ -119,7 +123,7 @@ class Scene::Implementation {
     const CallPlan plan = PlanFor(ray_count);
     std::size_t bytes = Shape(plan).Bytes();
     if (!instanced.empty()) bytes += InstanceShape(plan).Bytes();
-    bytes *= plan.workers;
+    bytes = std::max(bytes * plan.workers, FloorBytes());
     std::size_t largest = parts.kept ? parts.triangle_count : 0;
     for (const auto& scene : instanced) {
       const SceneParts& inner = scene->implementation_->parts;
@@ -157,6 +161,11 @@ class Scene::Implementation {
   CallPlan PlanFor(std::size_t ray_count) const {
     const std::size_t threads = has_callbacks ? 1 : Engine().tasks.threads();
     return CallPlan(ray_count, threads, parts.kept != nullptr, Engine().settings);
+  }
+
+  /// What is reserved when the scene is made.
+  std::size_t FloorBytes() const {
+    return parts.kept ? Shape(CallPlan::Least(true, Engine().settings)).Bytes() : 0;
   }
 
   WorkspaceShape Shape(const CallPlan& plan) const {
@@ -217,7 +226,7 @@ class Scene::Implementation {
         return;
       } catch (const std::bad_alloc&) {
         workspaces.clear();
-        pool.ReleaseIdle();
+        pool.ReleaseSpare();
         if (!plan.Shrink()) throw;
       }
     }

@@ -304,27 +304,50 @@ TEST(DropInScene, IsAsItWasAfterACommitThatFailed) {
 }
 
 // A scene's progress monitor may ask the scene.
-TEST(DropInScene, MemoryMonitorIsToldWhatASceneKeeps) {
+TEST(DropInScene, MemoryMonitorIsToldWhatASceneKeepsAndCallsNeed) {
   for (const bool compact : {false, true}) {
-    Session s(DropIn());
     ssize_t held = 0;
-    s.api.rtcSetDeviceMemoryMonitorFunction(
-        s.device,
-        [](void* user, ssize_t bytes, bool) {
-          *static_cast<ssize_t*>(user) += bytes;
-          return true;
-        },
-        &held);
-    const RTCScene scene = s.api.rtcNewScene(s.device);
-    if (compact) s.api.rtcSetSceneFlags(scene, RTC_SCENE_FLAG_COMPACT);
-    s.api.rtcAttachGeometry(scene, s.Triangle());
-    s.api.rtcCommitScene(scene);
-    EXPECT_EQ(s.HitGeometry(scene), 0u);
-    EXPECT_EQ(held > 0, !compact);
-    s.api.rtcReleaseScene(scene);
+    {
+      Session s(DropIn());
+      s.api.rtcSetDeviceMemoryMonitorFunction(
+          s.device,
+          [](void* user, ssize_t bytes, bool) {
+            *static_cast<ssize_t*>(user) += bytes;
+            return true;
+          },
+          &held);
+      const RTCScene scene = s.api.rtcNewScene(s.device);
+      if (compact) s.api.rtcSetSceneFlags(scene, RTC_SCENE_FLAG_COMPACT);
+      s.api.rtcAttachGeometry(scene, s.Triangle());
+      s.api.rtcCommitScene(scene);
+      EXPECT_EQ(held > 0, !compact);
+      EXPECT_EQ(s.HitGeometry(scene), 0u);
+      EXPECT_GT(held, 0);  // the call's workspace, which the device keeps
+      const ssize_t with_scene = held;
+      s.api.rtcReleaseScene(scene);
+      EXPECT_EQ(held < with_scene, !compact);
+    }
     EXPECT_EQ(held, 0);
-    s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
   }
+}
+
+// What a commit reserves is enough for calls of any size.
+TEST(DropInScene, IsTracedAlsoIfTheMemoryMonitorRefusesAllMore) {
+  Session s(DropIn());
+  const RTCScene scene = s.SceneOf(s.Triangle());
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
+  std::vector<RTCRayHit> rays(100000);
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = RayAt(i % 2 ? 0.2f : 5.0f);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  s.api.rtcIntersect1M(scene, &context, rays.data(), static_cast<unsigned int>(rays.size()),
+                       sizeof(RTCRayHit));
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_EQ(rays[i].hit.geomID, i % 2 ? 0u : RTC_INVALID_GEOMETRY_ID);
+  }
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
 
 TEST(DropInScene, IsAsItWasIfTheMemoryMonitorRefuses) {

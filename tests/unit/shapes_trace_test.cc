@@ -478,10 +478,11 @@ TEST(ShapesTest, FilterFunctionsAreOfferedEachPairOnce) {
 
 TEST(ShapesTest, TheSameBitsWhateverIsKept) {
   Random random(9);
-  const Model triangles = MakeTriangles(random, 2000), points = MakePoints(random, 900);
+  const Model triangles = MakeTriangles(random, 2000), spheres = MakePoints(random, 900),
+              discs = MakePoints(random, 900), oriented = MakePoints(random, 900);
   const std::vector<Geometry> geometries = {
-      TriangleView(triangles, 0), PointView(points, Shape::kSpheres, 1),
-      PointView(points, Shape::kDiscs, 2), PointView(points, Shape::kOrientedDiscs, 3)};
+      TriangleView(triangles, 0), PointView(spheres, Shape::kSpheres, 1),
+      PointView(discs, Shape::kDiscs, 2), PointView(oriented, Shape::kOrientedDiscs, 3)};
   const auto rays = MakeRays(random, 20000);
   for (const bool robust : {false, true}) {
     const auto expected = Trace(*MakeScene(geometries, 0, robust), rays);

@@ -171,7 +171,8 @@ TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
 TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
   const Settings settings;
   const WorkspaceShape small(10, 100, false, settings), large(5000, 100, false, settings);
-  WorkspacePool pool;
+  const MemoryAccount memory(nullptr);
+  WorkspacePool pool(memory);
   EXPECT_EQ(pool.BytesHeld(), 0u);
   {
     WorkspacePool::Loan a(pool), b(pool);
@@ -198,7 +199,8 @@ TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
 
 TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   const Settings settings;
-  WorkspacePool pool;
+  const MemoryAccount memory(nullptr);
+  WorkspacePool pool(memory);
   {
     WorkspacePool::Loan loan(pool);
     loan.Reserve(WorkspaceShape(10, 100, false, settings));
@@ -214,7 +216,8 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
 TEST(WorkspacePoolTest, ManyThreadsShareIt) {
   const Settings settings;
   const WorkspaceShape shape(100, 100, false, settings);
-  WorkspacePool pool;
+  const MemoryAccount memory(nullptr);
+  WorkspacePool pool(memory);
   std::vector<std::thread> threads;
   for (unsigned char t = 0; t < 8; ++t) {
     threads.emplace_back([&, t] {
