@@ -56,19 +56,7 @@ class InstanceInContext {
 template <class Arguments>
 struct UserArguments : Arguments {
   const Geometry* geometry;
-  bool context_filter;
 };
-
-/// The geometry's filter function, and then, for what is left, the context's.
-void RunFilters(RTCFilterFunctionN own, bool context_filter,
-                const RTCFilterFunctionNArguments& args) {
-  if (own) {
-    own(&args);
-    const auto is_live = [](int lane) { return lane != 0; };
-    if (std::none_of(args.valid, args.valid + args.N, is_live)) return;
-  }
-  if (context_filter && args.context->filter) args.context->filter(&args);
-}
 
 template <bool kContextFilter>
 void Filter(void* data, const CallbackArguments& arguments) {
@@ -82,12 +70,16 @@ void Filter(void* data, const CallbackArguments& arguments) {
   args.hit = RTCRayHitN_HitN(static_cast<RTCRayHitN*>(arguments.packet), arguments.width);
   args.N = arguments.width;
   const GeometryCallbacks& callbacks = geometry.callbacks();
-  RunFilters(arguments.query == Query::kClosest ? callbacks.closest_filter : callbacks.any_filter,
-             kContextFilter, args);
+  const RTCFilterFunctionN own =
+      arguments.query == Query::kClosest ? callbacks.closest_filter : callbacks.any_filter;
+  if (own) own(&args);
+  if (!kContextFilter || !args.context->filter) return;
+  const auto is_live = [](int lane) { return lane != 0; };
+  if (std::any_of(args.valid, args.valid + args.N, is_live)) args.context->filter(&args);
 }
 
 template <class Arguments>
-UserArguments<Arguments> MakeUserArguments(const Geometry& geometry, bool context_filter,
+UserArguments<Arguments> MakeUserArguments(const Geometry& geometry,
                                            const CallbackArguments& arguments) {
   UserArguments<Arguments> args;
   args.valid = arguments.valid;
@@ -97,31 +89,34 @@ UserArguments<Arguments> MakeUserArguments(const Geometry& geometry, bool contex
   args.N = arguments.width;
   args.geomID = arguments.geometry_id;
   args.geometry = &geometry;
-  args.context_filter = context_filter;
   return args;
 }
 
-template <bool kContextFilter>
 void Intersect(void* data, const CallbackArguments& arguments) {
   const auto& geometry = *static_cast<const Geometry*>(data);
   const RTCIntersectFunctionN function = geometry.callbacks().intersect;
   if (!function) return;
   const InstanceInContext instance(arguments);
-  auto args =
-      MakeUserArguments<RTCIntersectFunctionNArguments>(geometry, kContextFilter, arguments);
+  auto args = MakeUserArguments<RTCIntersectFunctionNArguments>(geometry, arguments);
   args.rayhit = static_cast<RTCRayHitN*>(arguments.packet);
   function(&args);
 }
 
-template <bool kContextFilter>
 void Occluded(void* data, const CallbackArguments& arguments) {
   const auto& geometry = *static_cast<const Geometry*>(data);
   const RTCOccludedFunctionN function = geometry.callbacks().occluded;
   if (!function) return;
   const InstanceInContext instance(arguments);
-  auto args = MakeUserArguments<RTCOccludedFunctionNArguments>(geometry, kContextFilter, arguments);
+  auto args = MakeUserArguments<RTCOccludedFunctionNArguments>(geometry, arguments);
   args.ray = static_cast<RTCRayN*>(arguments.packet);
   function(&args);
+}
+
+/// As in Embree, the context's function is asked without RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION
+/// too, and also where nothing is left.
+void RunFilters(RTCFilterFunctionN own, const RTCFilterFunctionNArguments& args) {
+  if (own) own(&args);
+  if (args.context->filter) args.context->filter(&args);
 }
 
 void BoundPrimitive(void* data, uint32_t primitive, uint32_t time_step, Bounds& bounds) {
@@ -145,26 +140,26 @@ void SetCallbacks(Geometry& geometry, bool context_filter, dacrt::Geometry& desc
   const GeometryCallbacks& callbacks = geometry.callbacks();
   if (geometry.type() == RTC_GEOMETRY_TYPE_USER) {
     if (callbacks.bounds) description.bounds = {BoundPrimitive, &geometry};
-    description.intersect = {context_filter ? Intersect<true> : Intersect<false>, &geometry};
-    description.occluded = {context_filter ? Occluded<true> : Occluded<false>, &geometry};
+    description.intersect = {Intersect, &geometry};
+    description.occluded = {Occluded, &geometry};
     return;
   }
   if (geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE) return;
+  if (!callbacks.closest_filter && !callbacks.any_filter && !context_filter) return;
   const Callback filter{context_filter ? Filter<true> : Filter<false>, &geometry};
-  if (callbacks.closest_filter || context_filter) description.closest_filter = filter;
-  if (callbacks.any_filter || context_filter) description.any_filter = filter;
+  description.closest_filter = description.any_filter = filter;
 }
 
 void FilterFromUserFunction(const RTCIntersectFunctionNArguments& args,
                             const RTCFilterFunctionNArguments& filter_args) {
   const auto& own = static_cast<const UserArguments<RTCIntersectFunctionNArguments>&>(args);
-  RunFilters(own.geometry->callbacks().closest_filter, own.context_filter, filter_args);
+  RunFilters(own.geometry->callbacks().closest_filter, filter_args);
 }
 
 void FilterFromUserFunction(const RTCOccludedFunctionNArguments& args,
                             const RTCFilterFunctionNArguments& filter_args) {
   const auto& own = static_cast<const UserArguments<RTCOccludedFunctionNArguments>&>(args);
-  RunFilters(own.geometry->callbacks().any_filter, own.context_filter, filter_args);
+  RunFilters(own.geometry->callbacks().any_filter, filter_args);
 }
 
 }  // namespace dacrt::compat

@@ -18,10 +18,10 @@ struct GeometryCallbacks {
   RTCOccludedFunctionN occluded = nullptr;
 };
 
-/// Makes the engine call the functions of `geometry`. Which ones there are is decided now, which
-/// they are when they are called: as in Embree, where a commit chooses the code that looks for
-/// filter functions. CallOptions::call must be the RTCIntersectContext of the call.
-/// `context_filter` says that the context's filter function counts, too.
+/// Makes the engine call the functions of `geometry`. Whether it looks for filter functions is
+/// decided now, which they are when they are called: as in Embree, where a commit chooses the code.
+/// CallOptions::call must be the RTCIntersectContext of the call. `context_filter` says that the
+/// context's filter function counts, too.
 void SetCallbacks(Geometry& geometry, bool context_filter, dacrt::Geometry& description);
 
 /// What rtcFilterIntersection and rtcFilterOcclusion do: run the filter functions for what an

@@ -64,6 +64,8 @@ Geometry::Geometry(std::shared_ptr<Device> device, RTCGeometryType type)
 Geometry::~Geometry() { HandleTable<Geometry>::Instance().Forget(this); }
 
 void Geometry::Commit() {
+  if (time_steps_ == 0) throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry has no time steps");
+  buffers_.CheckForCommit();
   is_modified_ = false;
   ++version_;
 }
@@ -98,9 +100,11 @@ void Geometry::SetTimeStepCount(unsigned int count) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "timeStepCount = ", count, " is larger than ",
                    RTC_MAX_TIME_STEP_COUNT);
   }
+  if (count == time_steps_) return;
   time_steps_ = count;
   buffers_.SetTimeStepCount(count);
   transforms_.resize(count);
+  is_modified_ = true;
 }
 
 void Geometry::SetTimeRange(float start, float end) {
@@ -112,20 +116,8 @@ void Geometry::SetTimeRange(float start, float end) {
 }
 
 void Geometry::SetVertexAttributeCount(unsigned int count) {
-  buffers().SetVertexAttributeCount(count);
+  buffers_.SetVertexAttributeCount(count);
   is_modified_ = true;
-}
-
-const GeometryBuffers& Geometry::buffers() const {
-  if (IsUser() || IsInstance()) {
-    throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(type_),
-                   ", which has no buffers");
-  }
-  return buffers_;
-}
-
-GeometryBuffers& Geometry::buffers() {
-  return const_cast<GeometryBuffers&>(std::as_const(*this).buffers());
 }
 
 void Geometry::UpdateBuffer(RTCBufferType type, unsigned int slot) {
@@ -165,6 +157,7 @@ void Geometry::SetAnyFilter(RTCFilterFunctionN filter) {
 
 void Geometry::SetUserPrimitiveCount(unsigned int count) {
   CheckIsUser();
+  if (count == user_primitives_) return;
   user_primitives_ = count;
   is_modified_ = true;
 }
@@ -189,6 +182,9 @@ void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
   if (scene->device() != device_) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geometry and scene are from different devices");
   }
+  if (scene->LeadsTo(this)) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "scene would be an instance in itself");
+  }
   instanced_scene_ = std::move(scene);
   is_modified_ = true;
 }
@@ -200,7 +196,6 @@ void Geometry::SetTransform(unsigned int time_step, const TransformStep& transfo
                    " is not below the number of time steps, which is ", transforms_.size());
   }
   transforms_[time_step] = transform;
-  is_modified_ = true;
 }
 
 AffineTransform Geometry::TransformAt(float time) const {
@@ -209,6 +204,12 @@ AffineTransform Geometry::TransformAt(float time) const {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry has no time steps");
   }
   return dacrt::TransformAt(transforms_, time_range_, time);
+}
+
+const char* Geometry::Lack() const {
+  if (IsInstance() && !instanced_scene_) return "instanced scene";
+  if (IsUser() && user_primitives_ > 0 && !callbacks_.bounds) return "bounds function";
+  return nullptr;
 }
 
 dacrt::Geometry Geometry::Describe(uint32_t geometry_id, bool context_filter) {
@@ -220,13 +221,11 @@ dacrt::Geometry Geometry::Describe(uint32_t geometry_id, bool context_filter) {
   SetCallbacks(*this, context_filter, description);
   if (IsInstance()) {
     description.transforms = transforms_;
-    if (instanced_scene_ && !transforms_.empty()) {
-      description.instanced_scene = instanced_scene_->CommittedShared();
-    }
+    description.instanced_scene = instanced_scene_->CommittedShared();
     description.primitive_count = description.instanced_scene ? 1 : 0;
   } else if (IsUser()) {
     description.user_time_steps = time_steps_;
-    description.primitive_count = time_steps_ > 0 && callbacks_.bounds ? user_primitives_ : 0;
+    description.primitive_count = user_primitives_;
   } else {
     buffers_.Describe(description);
   }

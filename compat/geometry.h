@@ -14,7 +14,8 @@
 namespace dacrt::compat {
 
 /// Changes mark a geometry modified until the program commits it, except where Embree does not ask
-/// for a commit either: user data, enabling, callbacks, time steps, and setting a buffer.
+/// for a commit either: user data, enabling, callbacks, transforms, setting a buffer, and counts
+/// that stay as they are.
 ///
 /// Threads: like the API, one at a time for one geometry; reading is safe from any number.
 class Geometry : public std::enable_shared_from_this<Geometry> {
@@ -29,6 +30,7 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   const std::shared_ptr<Device>& device() const { return device_; }
   RTCGeometryType type() const { return type_; }
 
+  /// Throws RTC_ERROR_INVALID_OPERATION if the description is not one of a geometry.
   void Commit();
   bool is_modified() const { return is_modified_; }
 
@@ -47,9 +49,8 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void* user_data() const { return user_data_; }
   void set_user_data(void* data) { user_data_ = data; }
 
-  /// Throws RTC_ERROR_INVALID_OPERATION where there are no buffers.
-  const GeometryBuffers& buffers() const;
-  GeometryBuffers& buffers();
+  const GeometryBuffers& buffers() const { return buffers_; }
+  GeometryBuffers& buffers() { return buffers_; }
 
   /// Says that the program has changed the contents of a buffer.
   void UpdateBuffer(RTCBufferType type, unsigned int slot);
@@ -64,10 +65,16 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   const GeometryCallbacks& callbacks() const { return callbacks_; }
 
   // Instances.
+  /// Throws RTC_ERROR_INVALID_OPERATION if the geometry is in `scene`, or in one that this has an
+  /// instance of.
   void SetInstancedScene(std::shared_ptr<Scene> scene);
   void SetTransform(unsigned int time_step, const TransformStep& transform);
   AffineTransform TransformAt(float time) const;
   const std::shared_ptr<Scene>& instanced_scene() const { return instanced_scene_; }
+
+  /// What a scene cannot do without, and the geometry does not have; null if there is no such
+  /// thing.
+  const char* Lack() const;
 
   /// The geometry as it is now, for the engine. Without primitives until all that it needs is set.
   /// `context_filter` says that the context's filter function counts.

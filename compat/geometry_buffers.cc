@@ -142,6 +142,7 @@ BufferView& GeometryBuffers::Place(RTCBufferType type, unsigned int slot) {
 }
 
 const BufferView& GeometryBuffers::View(RTCBufferType type, unsigned int slot) const {
+  CheckHasAny();
   if (!Has(type)) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "type = ", static_cast<int>(type), " (", Name(type),
                    ") is no buffer of a ", Name(geometry_type_));
@@ -163,6 +164,14 @@ const BufferView& GeometryBuffers::View(RTCBufferType type, unsigned int slot) c
   }
 }
 
+void GeometryBuffers::CheckHasAny() const {
+  if (geometry_type_ != RTC_GEOMETRY_TYPE_USER && geometry_type_ != RTC_GEOMETRY_TYPE_INSTANCE) {
+    return;
+  }
+  throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry is a ", Name(geometry_type_),
+                 ", which has no buffers");
+}
+
 void GeometryBuffers::CheckFormat(RTCBufferType type, RTCFormat format) const {
   if (type == RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE ? IsAttributeFormat(format)
                                                : format == FormatOf(geometry_type_, type)) {
@@ -182,14 +191,19 @@ void GeometryBuffers::Check(RTCBufferType type, unsigned int slot, RTCFormat for
   if (count > UINT32_MAX) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "itemCount = ", count, " is larger than 2^32 - 1");
   }
-  if (reinterpret_cast<std::uintptr_t>(data) % 4 != 0) {
+  CheckHasAny();
+  // Flags, which belong to curves, are bytes.
+  const bool is_of_words = !(IsPoint(geometry_type_) && type == RTC_BUFFER_TYPE_FLAGS);
+  if (is_of_words && reinterpret_cast<std::uintptr_t>(data) % 4 != 0) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "address ", data, " is no multiple of 4");
   }
-  if (stride % 4 != 0) {
+  if (is_of_words && stride % 4 != 0) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "byteStride = ", stride, " is no multiple of 4");
   }
   if (!Has(type)) {
-    const bool is_quad = geometry_type_ == RTC_GEOMETRY_TYPE_QUAD && type != RTC_BUFFER_TYPE_INDEX;
+    // Embree's quads take every type behind attributes for attributes, and accept some.
+    const bool is_quad =
+        geometry_type_ == RTC_GEOMETRY_TYPE_QUAD && type > RTC_BUFFER_TYPE_VERTEX_ATTRIBUTE;
     throw ApiError(is_quad ? RTC_ERROR_INVALID_OPERATION : RTC_ERROR_INVALID_ARGUMENT,
                    "type = ", static_cast<int>(type), " (", Name(type), ") is no buffer of a ",
                    Name(geometry_type_));
@@ -218,7 +232,31 @@ void GeometryBuffers::SetTimeStepCount(unsigned int count) {
   normals_.resize(count);
 }
 
-void GeometryBuffers::SetVertexAttributeCount(unsigned int count) { attributes_.resize(count); }
+void GeometryBuffers::SetVertexAttributeCount(unsigned int count) {
+  CheckHasAny();
+  attributes_.resize(count);
+}
+
+void GeometryBuffers::CheckForCommit() const {
+  const auto check_strides = [](const std::vector<BufferView>& views, RTCBufferType type) {
+    for (std::size_t step = 1; step < views.size(); ++step) {
+      // One that was not set has a stride of 0.
+      if (views[step].stride == views[0].stride) continue;
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the ", Name(type), " buffer in slot ", step,
+                     " has byteStride = ", views[step].stride, ", the one in slot 0 has ",
+                     views[0].stride);
+    }
+  };
+  check_strides(vertices_, RTC_BUFFER_TYPE_VERTEX);
+  if (!Has(RTC_BUFFER_TYPE_NORMAL)) return;
+  check_strides(normals_, RTC_BUFFER_TYPE_NORMAL);
+  // Embree reads what is not there.
+  for (std::size_t step = 0; step < normals_.size(); ++step) {
+    if (normals_[step].count >= vertices_[0].count) continue;
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "the NORMAL buffer in slot ", step, " has ",
+                   normals_[step].count, " items for ", vertices_[0].count, " vertices");
+  }
+}
 
 void GeometryBuffers::Describe(dacrt::Geometry& geometry) const {
   const bool has_normals = Has(RTC_BUFFER_TYPE_NORMAL);

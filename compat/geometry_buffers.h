@@ -28,12 +28,16 @@ class GeometryBuffers {
                std::size_t count);
 
   /// The buffer of this type and slot, empty if it was not set. Throws RTC_ERROR_INVALID_ARGUMENT
-  /// if the geometry has none such.
+  /// if the geometry has none such, RTC_ERROR_INVALID_OPERATION if it has no buffers at all.
   const BufferView& View(RTCBufferType type, unsigned int slot) const;
 
   /// Vertices and normals for each time step.
   void SetTimeStepCount(unsigned int count);
   void SetVertexAttributeCount(unsigned int count);
+
+  /// Throws RTC_ERROR_INVALID_OPERATION if the strides of the time steps differ, or if normals are
+  /// missing.
+  void CheckForCommit() const;
 
   /// Puts arrays and counts into `geometry`, which has no primitives until all buffers are set.
   void Describe(dacrt::Geometry& geometry) const;
@@ -45,6 +49,7 @@ class GeometryBuffers {
   BufferView& Place(RTCBufferType type, unsigned int slot);
   void Check(RTCBufferType type, unsigned int slot, RTCFormat format, const void* data,
              std::size_t stride, std::size_t count) const;
+  void CheckHasAny() const;
   void CheckFormat(RTCBufferType type, RTCFormat format) const;
   bool Has(RTCBufferType type) const;
   std::size_t ItemBytes(RTCBufferType type, RTCFormat format) const;

@@ -33,7 +33,8 @@ RTC_API void rtcSetGeometryTransformQuaternion(RTCGeometry hgeometry, unsigned i
 RTC_API void rtcGetGeometryTransform(RTCGeometry hgeometry, float time, RTCFormat format,
                                      void* xfm) {
   OnObject(__func__, hgeometry, "geometry", [&](Geometry& geometry) {
+    const dacrt::AffineTransform transform = geometry.TransformAt(time);
     CheckPointer(xfm, "xfm");
-    WriteTransform(geometry.TransformAt(time), format, static_cast<float*>(xfm));
+    WriteTransform(transform, format, static_cast<float*>(xfm));
   });
 }

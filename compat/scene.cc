@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "boundary.h"
@@ -14,6 +15,8 @@ RTCBounds ToEmbree(const dacrt::Bounds& bounds) {
           bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
 }
 
+bool IsInstance(const Geometry& geometry) { return geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE; }
+
 }  // namespace
 
 Scene::Scene(std::shared_ptr<Device> device) : device_(std::move(device)) {}
@@ -21,6 +24,7 @@ Scene::Scene(std::shared_ptr<Device> device) : device_(std::move(device)) {}
 Scene::~Scene() { HandleTable<Scene>::Instance().Forget(this); }
 
 unsigned int Scene::Attach(std::shared_ptr<Geometry> geometry) {
+  CheckIsNoCycle(*geometry);
   const std::lock_guard lock(geometries_mutex_);
   while (geometries_.contains(first_free_id_)) ++first_free_id_;
   AttachLocked(std::move(geometry), first_free_id_);
@@ -31,6 +35,7 @@ void Scene::AttachById(std::shared_ptr<Geometry> geometry, unsigned int id) {
   if (id == RTC_INVALID_GEOMETRY_ID) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geomID = RTC_INVALID_GEOMETRY_ID");
   }
+  CheckIsNoCycle(*geometry);
   const std::lock_guard lock(geometries_mutex_);
   if (geometries_.contains(id)) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is taken");
@@ -42,8 +47,32 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
   if (geometry->device() != device_) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "scene and geometry are from different devices");
   }
+  instance_count_ += IsInstance(*geometry);
   geometries_[id] = {std::move(geometry)};
   ++revision_;
+}
+
+void Scene::CheckIsNoCycle(const Geometry& geometry) const {
+  const auto& instanced = geometry.instanced_scene();
+  if (instanced && instanced->LeadsTo(this)) {
+    throw ApiError(RTC_ERROR_INVALID_OPERATION, "scene would be an instance in itself");
+  }
+}
+
+bool Scene::LeadsTo(const void* object) const {
+  if (object == this) return true;
+  std::set<std::shared_ptr<Scene>> instanced;
+  {
+    const std::lock_guard lock(geometries_mutex_);
+    if (instance_count_ == 0) return false;
+    for (const auto& [id, attached] : geometries_) {
+      if (object == attached.geometry.get()) return true;
+      if (attached.geometry->instanced_scene())
+        instanced.insert(attached.geometry->instanced_scene());
+    }
+  }
+  return std::any_of(instanced.begin(), instanced.end(),
+                     [&](const auto& scene) { return scene->LeadsTo(object); });
 }
 
 void Scene::Detach(unsigned int id) {
@@ -57,6 +86,7 @@ void Scene::Detach(unsigned int id) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is not attached");
   }
   detached = std::move(place->second);
+  instance_count_ -= IsInstance(*detached.geometry);
   geometries_.erase(place);
   first_free_id_ = std::min(first_free_id_, id);
   ++revision_;
@@ -78,8 +108,8 @@ void Scene::Commit() {
   {
     const std::lock_guard lock(geometries_mutex_);
     CheckGeometriesCommitted();
-    CheckInstances();
     if (!NeedsCommit()) return;
+    CheckGeometriesComplete();
     selection = Select();
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
@@ -93,6 +123,9 @@ void Scene::Commit() {
 
 Scene::Snapshot::Snapshot(Device& device, Selection selection)
     : device_(device),
+      has_instances_(std::any_of(
+          selection.geometries.begin(), selection.geometries.end(),
+          [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
       used_(std::move(selection.used)),
       scene_(device.engine(), selection.geometries,
              {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget,
@@ -113,19 +146,19 @@ void Scene::CheckGeometriesCommitted() const {
   }
 }
 
-/// An instance of the scene itself would keep itself alive, and one of an uncommitted scene has
-/// nothing to show.
-void Scene::CheckInstances() const {
+/// Where Embree crashes.
+void Scene::CheckGeometriesComplete() const {
   for (const auto& [id, attached] : geometries_) {
-    const auto& instanced = attached.geometry->instanced_scene();
-    if (!instanced || !attached.geometry->is_enabled()) continue;
-    if (instanced.get() == this) {
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
-                     " is an instance of the scene that holds it");
+    const Geometry& geometry = *attached.geometry;
+    if (!geometry.is_enabled()) continue;
+    if (const char* const lack = geometry.Lack()) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id, " has no ",
+                     lack);
     }
-    if (instanced->commit_count() == 0) {
+    static_assert(RTC_MAX_INSTANCE_LEVEL_COUNT == 1);
+    if (IsInstance(geometry) && geometry.instanced_scene()->HasInstances()) {
       throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
-                     " is an instance of a scene that is not committed");
+                     " is an instance of a scene that has instances");
     }
   }
 }
@@ -149,9 +182,12 @@ Scene::Selection Scene::Select() const {
     if (!geometry.is_enabled()) continue;
     dacrt::Geometry description = geometry.Describe(id, context_filter);
     if (description.primitive_count == 0) continue;
-    // Callbacks refer to the geometry. The engine keeps instanced scenes itself.
-    selection.used.push_back(attached.geometry);
-    for (auto& buffer : geometry.UsedBuffers()) selection.used.push_back(std::move(buffer));
+    // The engine keeps instanced scenes itself. To keep the instance would keep the scene that it
+    // may get next.
+    if (!IsInstance(geometry)) {
+      selection.used.push_back(attached.geometry);  // Callbacks refer to it.
+      for (auto& buffer : geometry.UsedBuffers()) selection.used.push_back(std::move(buffer));
+    }
     selection.geometries.push_back(std::move(description));
   }
   return selection;
@@ -209,6 +245,11 @@ RTCLinearBounds Scene::LinearBounds() const {
 std::shared_ptr<const dacrt::Scene> Scene::CommittedShared() const {
   const std::lock_guard lock(geometries_mutex_);
   return snapshot_ ? std::shared_ptr<const dacrt::Scene>(snapshot_, &snapshot_->scene()) : nullptr;
+}
+
+bool Scene::HasInstances() const {
+  const std::lock_guard lock(geometries_mutex_);
+  return snapshot_ && snapshot_->has_instances();
 }
 
 const dacrt::Scene& Scene::Committed() const {

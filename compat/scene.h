@@ -28,7 +28,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device>& device() const { return device_; }
 
-  /// Attaches under the smallest free ID, which is returned.
+  /// Attaches under the smallest free ID, which is returned. Throws RTC_ERROR_INVALID_OPERATION for
+  /// an instance of this scene, or of one that leads to it.
   unsigned int Attach(std::shared_ptr<Geometry> geometry);
   void AttachById(std::shared_ptr<Geometry> geometry, unsigned int id);
   void Detach(unsigned int id);
@@ -61,6 +62,13 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// there was no commit.
   std::shared_ptr<const dacrt::Scene> CommittedShared() const;
 
+  /// Whether `object`, a scene or a geometry, is this scene, is in it, or is in a scene that it has
+  /// an instance of.
+  bool LeadsTo(const void* object) const;
+
+  /// Whether there were instances at the last commit.
+  bool HasInstances() const;
+
   /// Grows with every commit that changed something.
   uint64_t commit_count() const { return commit_count_; }
 
@@ -89,16 +97,19 @@ class Scene : public std::enable_shared_from_this<Scene> {
     Snapshot& operator=(const Snapshot&) = delete;
 
     const dacrt::Scene& scene() const { return scene_; }
+    bool has_instances() const { return has_instances_; }
 
    private:
     Device& device_;
+    const bool has_instances_;
     std::vector<std::shared_ptr<const void>> used_;
     dacrt::Scene scene_;
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
+  void CheckIsNoCycle(const Geometry& geometry) const;
   void CheckGeometriesCommitted() const;
-  void CheckInstances() const;
+  void CheckGeometriesComplete() const;
   /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached or detached since.
   const dacrt::Scene& CommittedAsItStands() const;
   bool NeedsCommit() const;
@@ -108,8 +119,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device> device_;
 
-  mutable std::mutex geometries_mutex_;  ///< of the next six
+  mutable std::mutex geometries_mutex_;  ///< of the next seven
   std::map<unsigned int, Attached> geometries_;
+  std::size_t instance_count_ = 0;   ///< of these
   unsigned int first_free_id_ = 0;   ///< no smaller ID is free
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
   uint64_t committed_revision_ = 0;  ///< the one that was committed last
