@@ -37,6 +37,14 @@ struct Corner {
     return corner;
   }
 
+  static HWY_INLINE Corner LoadUnaligned(const float* values) {
+    Corner corner;
+    for (size_t i = 0; i < kCornerParts; ++i) {
+      corner.part[i] = hn::LoadU(kCornerTag, values + i * hn::MaxLanes(kCornerTag));
+    }
+    return corner;
+  }
+
   static HWY_INLINE Corner Set(float value) {
     Corner corner;
     for (CornerPart& part : corner.part) part = hn::Set(kCornerTag, value);

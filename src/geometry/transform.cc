@@ -23,6 +23,12 @@ AffineTransform Multiply(const AffineTransform& a, const AffineTransform& b) {
   return out;
 }
 
+void Normalize(const float* quaternion, float* out) {
+  float square = 0;
+  for (int i = 0; i < 4; ++i) square += quaternion[i] * quaternion[i];
+  for (int i = 0; i < 4; ++i) out[i] = quaternion[i] / std::sqrt(square);
+}
+
 AffineTransform Compose(const TransformParts& parts) {
   AffineTransform shape;
   shape.column[0][0] = parts.scale[0];
@@ -33,9 +39,8 @@ AffineTransform Compose(const TransformParts& parts) {
   shape.column[2][2] = parts.scale[2];
   std::copy_n(parts.shift, 3, shape.column[3]);
 
-  float q[4], length = 0;
-  for (float value : parts.quaternion) length += value * value;
-  for (int i = 0; i < 4; ++i) q[i] = parts.quaternion[i] / std::sqrt(length);
+  float q[4];
+  Normalize(parts.quaternion, q);
   const float r = q[0], i = q[1], j = q[2], k = q[3];
   AffineTransform placed;
   const float rotation[3][3] = {
@@ -50,7 +55,10 @@ AffineTransform Compose(const TransformParts& parts) {
 }
 
 /// Along the shorter arc of the sphere.
-void InterpolateRotation(const float* a, const float* b, float fraction, float* out) {
+void InterpolateRotation(const float* from, const float* to, float fraction, float* out) {
+  float a[4], b[4];
+  Normalize(from, a);
+  Normalize(to, b);
   float cosine = 0;
   for (int i = 0; i < 4; ++i) cosine += a[i] * b[i];
   const float sign = cosine < 0 ? -1.0f : 1.0f;

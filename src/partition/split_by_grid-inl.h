@@ -52,15 +52,13 @@ inline size_t SortIntoCells(KeptPartition& kept, std::span<const uint32_t> trian
     const Box empty = Box::Empty();
     std::copy_n(empty.lower, 3, grid.cells[cell].lower);
     std::copy_n(empty.upper, 3, grid.cells[cell].upper);
-    grid.cells[cell].mesh = 0;
+    grid.place[cell] = 0;
   }
   const BinMap map(centers, grid.cells_an_axis);
   // Triangles with one centre are told apart by their order.
   const bool by_order = !map.IsUseful(0) && !map.IsUseful(1) && !map.IsUseful(2);
   for (size_t i = 0; i < triangles.size(); ++i) {
-    TriangleRef ref;
-    BoundTriangle(kept.meshes(), kept.meshes().Locate(triangles[i]), ref);
-    const Corner lower = Corner::Load(ref.lower), upper = Corner::Load(ref.upper);
+    const auto [lower, upper] = BoundUsable(kept.meshes(), kept.meshes().Locate(triangles[i]));
     HWY_ALIGN int32_t number[4];
     map.Map(TwiceCenter(lower, upper), number);
     const size_t cell = by_order
@@ -71,17 +69,18 @@ inline size_t SortIntoCells(KeptPartition& kept, std::span<const uint32_t> trian
     grid.triangles[i] = triangles[i];
     grid.cell_of[i] = static_cast<uint16_t>(cell);
     TriangleRef& bounds = grid.cells[cell];
-    for (int axis = 0; axis < 3; ++axis) {
-      bounds.lower[axis] = std::min(bounds.lower[axis], ref.lower[axis]);
-      bounds.upper[axis] = std::max(bounds.upper[axis], ref.upper[axis]);
-    }
-    ++bounds.mesh;
+    Min(Corner::Load(bounds.lower), lower).Store(bounds.lower);
+    Max(Corner::Load(bounds.upper), upper).Store(bounds.upper);
+    ++grid.place[cell];
   }
   size_t used = 0;
   for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
-    if (grid.cells[cell].mesh == 0) continue;
-    grid.cells[used] = grid.cells[cell];
-    grid.cells[used++].primitive = static_cast<uint32_t>(cell);
+    if (grid.place[cell] == 0) continue;
+    TriangleRef& ref = grid.cells[used++];
+    ref = grid.cells[cell];
+    // The names are scrap so far.
+    ref.primitive = static_cast<uint32_t>(cell);
+    ref.mesh = grid.place[cell];
   }
   return used;
 }
@@ -89,9 +88,8 @@ inline size_t SortIntoCells(KeptPartition& kept, std::span<const uint32_t> trian
 inline Box CentersOf(KeptPartition& kept, std::span<const uint32_t> triangles) {
   CornerBounds centers;
   for (const uint32_t triangle : triangles) {
-    TriangleRef ref;
-    BoundTriangle(kept.meshes(), kept.meshes().Locate(triangle), ref);
-    centers.Extend(TwiceCenter(Corner::Load(ref.lower), Corner::Load(ref.upper)));
+    const auto [lower, upper] = BoundUsable(kept.meshes(), kept.meshes().Locate(triangle));
+    centers.Extend(TwiceCenter(lower, upper));
   }
   return centers.Get();
 }

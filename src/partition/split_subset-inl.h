@@ -7,6 +7,7 @@
 #define DACRT_PARTITION_SPLIT_SUBSET_INL_H_
 #endif
 
+#include "geometry/bound_triangle-inl.h"
 #include "partition/build_nodes-inl.h"
 #include "partition/kept_partition.h"
 
@@ -20,7 +21,13 @@ inline TriangleRange ReferSubset(KeptPartition& kept, const Subset& subset,
                                  SubsetScratch& scratch) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   for (size_t i = 0; i < triangles.size(); ++i) {
-    BoundTriangle(kept.meshes(), kept.meshes().Locate(triangles[i]), scratch.refs[i]);
+    const MeshTable::Name name = kept.meshes().Locate(triangles[i]);
+    const auto [lower, upper] = BoundUsable(kept.meshes(), name);
+    TriangleRef& ref = scratch.refs[i];
+    lower.Store(ref.lower);
+    upper.Store(ref.upper);
+    ref.primitive = name.primitive;
+    ref.mesh = name.mesh;
   }
   return MeasureTriangles(scratch.refs, 0, triangles.size());
 }

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "geometry/extent-inl.h"
 #include "partition/partition_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -55,6 +56,33 @@ inline WeighedChildren HalveWeighed(const TriangleRef* refs, const WeighedRange&
   return {{children.left, left_weight}, {children.right, parent.weight - left_weight}};
 }
 
+/// Moves the references of the left side before those of the right. Sides come in no order that a
+/// processor could predict, so each reference is written to both, and one place moves on.
+inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range,
+                                   const Split& split, TriangleRef* spare) {
+  Extent::Floats centers[2];  // of the right side, of the left side
+  for (Extent::Floats& side : centers) Extent::Empty().Store(side);
+  size_t left = range.begin, right = 0;
+  for (size_t i = range.begin; i < range.end; ++i) {
+    const Corner lower = Corner::Load(refs[i].lower), upper = Corner::Load(refs[i].upper);
+    HWY_ALIGN int32_t bin[4];
+    split.map.Map(TwiceCenter(lower, upper), bin);
+    const size_t is_left = bin[split.axis] <= static_cast<int32_t>(split.last_left_bin);
+    Extent side = Extent::Load(centers[is_left]);
+    side.Join(Extent::Of(refs[i]).TwiceCenter());
+    side.Store(centers[is_left]);
+    lower.Store(refs[left].lower);
+    upper.Store(refs[left].upper);
+    lower.Store(spare[right].lower);
+    upper.Store(spare[right].upper);
+    left += is_left;
+    right += 1 - is_left;
+  }
+  std::copy_n(spare, right, refs + left);
+  return {{range.begin, left, split.left_box, Extent::Load(centers[1]).Get()},
+          {left, range.end, split.right_box, Extent::Load(centers[0]).Get()}};
+}
+
 /// The best split of a range of at least two references by the surfaces of its sides, with the
 /// references moved; two halves by count if no split by bins has something on both sides.
 template <class Items>
@@ -63,55 +91,66 @@ inline WeighedChildren SplitBySurface(TriangleRef* refs, const WeighedRange& par
   const TriangleRange& range = parent.range;
   const uint32_t bins = SurfaceBins(range.count());
   const BinMap map(range.centers, bins);
+  Extent::Floats extents[3][SubsetScratch::kBins];
+  uint32_t weights[3][SubsetScratch::kBins];
   for (int axis = 0; axis < 3; ++axis) {
-    std::fill_n(scratch.bins[axis], bins, Bin{Box::Empty(), 0});
+    for (uint32_t k = 0; k < bins; ++k) {
+      Extent::Empty().Store(extents[axis][k]);
+      weights[axis][k] = 0;
+    }
   }
   for (size_t i = range.begin; i < range.end; ++i) {
-    const Corner lower = Corner::Load(refs[i].lower), upper = Corner::Load(refs[i].upper);
     HWY_ALIGN int32_t number[4];
-    map.Map(TwiceCenter(lower, upper), number);
+    map.Map(TwiceCenter(Corner::Load(refs[i].lower), Corner::Load(refs[i].upper)), number);
+    const Extent extent = Extent::Of(refs[i]);
     for (int axis = 0; axis < 3; ++axis) {
-      Bin& bin = scratch.bins[axis][number[axis]];
-      ExtendBox(bin.bounds, lower, upper);
-      bin.count += Items::Weight(refs[i]);
+      Extent::Floats& bin = extents[axis][number[axis]];
+      Extent all = Extent::Load(bin);
+      all.Join(extent);
+      all.Store(bin);
+      weights[axis][number[axis]] += static_cast<uint32_t>(Items::Weight(refs[i]));
     }
   }
 
-  const auto extend = [](CornerBounds& bounds, const Bin& bin) HWY_ATTR {
-    bounds.Extend(Corner::Load(bin.bounds.lower), Corner::Load(bin.bounds.upper));
-  };
   constexpr float kNever = std::numeric_limits<float>::infinity();
   float best_cost = kNever;
-  Split best{map, 0, 0, 0, Box::Empty(), Box::Empty()};
+  int best_axis = 0;
+  uint32_t best_bin = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (!map.IsUseful(axis)) continue;
-    const Bin* const bin = scratch.bins[axis];
     float right_cost[SubsetScratch::kBins];
-    Box right_box[SubsetScratch::kBins];
-    CornerBounds right;
+    Extent side = Extent::Empty();
     size_t weight = 0;
     for (uint32_t k = bins - 1; k > 0; --k) {
-      extend(right, bin[k]);
-      weight += bin[k].count;
-      right_box[k] = right.Get();
-      right_cost[k] = weight == 0 ? kNever : right_box[k].HalfArea() * static_cast<float>(weight);
+      side.Join(Extent::Load(extents[axis][k]));
+      weight += weights[axis][k];
+      right_cost[k] = weight == 0 ? kNever : side.HalfArea() * static_cast<float>(weight);
     }
-    CornerBounds left;
+    side = Extent::Empty();
     weight = 0;
     for (uint32_t k = 0; k + 1 < bins; ++k) {
-      extend(left, bin[k]);
-      weight += bin[k].count;
+      side.Join(Extent::Load(extents[axis][k]));
+      weight += weights[axis][k];
       if (weight == 0) continue;
-      const Box left_box = left.Get();
-      const float cost = left_box.HalfArea() * static_cast<float>(weight) + right_cost[k + 1];
+      const float cost = side.HalfArea() * static_cast<float>(weight) + right_cost[k + 1];
       if (cost >= best_cost) continue;
       best_cost = cost;
-      best = Split{map, axis, k, weight, left_box, right_box[k + 1]};
+      best_axis = axis;
+      best_bin = k;
     }
   }
   if (best_cost == kNever) return HalveWeighed<Items>(refs, parent);
-  const Children children = PartitionTriangles(refs, range, best);
-  return {{children.left, best.left_count}, {children.right, parent.weight - best.left_count}};
+  Extent left = Extent::Empty(), right = Extent::Empty();
+  size_t left_weight = 0;
+  for (uint32_t k = 0; k < bins; ++k) {
+    (k <= best_bin ? left : right).Join(Extent::Load(extents[best_axis][k]));
+    if (k <= best_bin) left_weight += weights[best_axis][k];
+  }
+  const Split best{map, best_axis, best_bin, left_weight, left.Get(), right.Get()};
+  const Children children = range.count() <= SubsetScratch::kTriangles
+                                ? PartitionWithSpare(refs, range, best, scratch.spare)
+                                : PartitionTriangles(refs, range, best);
+  return {{children.left, left_weight}, {children.right, parent.weight - left_weight}};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -91,8 +91,8 @@ struct SubsetScratch {
   static constexpr std::size_t kBins = 16;
 
   TriangleRef refs[kTriangles];
+  TriangleRef spare[kTriangles];  ///< for references that move
   WideNode nodes[kNodes];
-  Bin bins[3][kBins];
 };
 
 struct Scratch {
