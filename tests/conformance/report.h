@@ -40,6 +40,9 @@ class Report {
   void AddExample(const std::string& scene, Relation relation, std::string text);
 
   Tally Total() const;
+
+  /// By scene and kind.
+  const std::map<std::pair<std::string, std::string>, Tally>& tallies() const { return tallies_; }
   const std::vector<Example>& examples() const { return examples_; }
 
   void PrintTable(std::ostream& out) const;

@@ -223,11 +223,7 @@ class RayGenerator::Batch {
   /// The rays with their hits; random bits in the rest of the records have survived.
   std::vector<RTCRayHit> Traced() const {
     std::vector<RTCRayHit> traced = rays_;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    const EmbreeScene& scene = generator_.traced_scene_;
-    scene.api().rtcIntersect1M(scene.handle(), &context, traced.data(),
-                               static_cast<unsigned>(traced.size()), sizeof(RTCRayHit));
+    generator_.trace_(traced);
     return traced;
   }
 
@@ -462,8 +458,16 @@ class RayGenerator::Batch {
   std::vector<RTCRayHit> rays_;
 };
 
+RayGenerator::RayGenerator(const TestScene& scene, TraceRays trace)
+    : scene_(scene), trace_(std::move(trace)), bounds_(scene.Bounds()) {}
+
 RayGenerator::RayGenerator(const TestScene& scene, const EmbreeScene& traced_scene)
-    : scene_(scene), traced_scene_(traced_scene), bounds_(scene.Bounds()) {}
+    : RayGenerator(scene, [&traced_scene](std::span<RTCRayHit> rays) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        traced_scene.api().rtcIntersect1M(traced_scene.handle(), &context, rays.data(),
+                                          static_cast<unsigned>(rays.size()), sizeof(RTCRayHit));
+      }) {}
 
 std::vector<RTCRayHit> RayGenerator::Make(RayKind kind, std::size_t count, uint64_t seed) const {
   Batch batch(*this, count, seed);

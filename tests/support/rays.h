@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "embree_scene.h"
@@ -32,9 +34,15 @@ std::vector<RayKind> AllRayKinds();
 
 const char* Name(RayKind kind);
 
+/// Finds the closest hits of rays.
+using TraceRays = std::function<void(std::span<RTCRayHit>)>;
+
 /// Makes rays for one scene. What they need to know of hits they ask of a library's scene.
 class RayGenerator {
  public:
+  /// `scene` must outlive the generator.
+  RayGenerator(const TestScene& scene, TraceRays trace);
+
   /// Both must outlive the generator.
   RayGenerator(const TestScene& scene, const EmbreeScene& traced_scene);
 
@@ -45,7 +53,7 @@ class RayGenerator {
  private:
   class Batch;
   const TestScene& scene_;
-  const EmbreeScene& traced_scene_;
+  TraceRays trace_;
   TestScene::Corners bounds_;
 };
 

@@ -350,36 +350,33 @@ void ReplaceAbsent(const Form& form, std::span<RTCRayHit> rays) {
   }
 }
 
-std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query query,
-                             std::span<const RTCRayHit> rays) {
+std::vector<RTCRayHit> Trace(const EmbreeApi& api, RTCScene scene, RTCIntersectContext& context,
+                             const Form& form, Query query, std::span<const RTCRayHit> rays) {
   const std::size_t words = query == Query::kClosest ? kRayHitWords : kRayWords;
   PackedRays packed(LayoutOf(form, words, rays.size()), words, rays);
 
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   context.flags =
       form.coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  const EmbreeApi& api = scene.api();
   switch (form.call) {
     case Form::Call::kRecord:
-      TraceRecords(api, scene.handle(), context, query, packed);
+      TraceRecords(api, scene, context, query, packed);
       break;
     case Form::Call::kPacket:
-      TracePackets(api, scene.handle(), context, query, rays.size(), packed);
+      TracePackets(api, scene, context, query, rays.size(), packed);
       break;
     case Form::Call::kRecords:
-      TraceRecordStream(api, scene.handle(), context, query, packed);
+      TraceRecordStream(api, scene, context, query, packed);
       break;
     case Form::Call::kRecordPointers:
-      TracePointerStream(api, scene.handle(), context, query, packed);
+      TracePointerStream(api, scene, context, query, packed);
       break;
     case Form::Call::kPackets:
-      TracePacketStream(api, scene.handle(), context, query, packed);
+      TracePacketStream(api, scene, context, query, packed);
       break;
     case Form::Call::kArrays:
     case Form::Call::kRequiredArrays:
-      TraceArrays(api, scene.handle(), context, query, rays.size(),
-                  form.call == Form::Call::kRequiredArrays, packed);
+      TraceArrays(api, scene, context, query, rays.size(), form.call == Form::Call::kRequiredArrays,
+                  packed);
       break;
   }
 
@@ -388,6 +385,13 @@ std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query q
   if (PackedRays(packed.layout(), words, result) == packed) return result;
   throw std::runtime_error(api.path + " wrote outside of the records in a call of form " +
                            Name(form) + ", " + Name(query));
+}
+
+std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query query,
+                             std::span<const RTCRayHit> rays) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  return Trace(scene.api(), scene.handle(), context, form, query, rays);
 }
 
 }  // namespace dacrt::tests

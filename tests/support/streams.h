@@ -46,8 +46,13 @@ std::vector<Form> PacketForms();
 /// a record says what is traced.
 void ReplaceAbsent(const Form& form, std::span<RTCRayHit> rays);
 
-/// Traces a copy of `rays` and returns the records afterwards, hits in place.
-/// Throws std::runtime_error if a byte changed that belongs to no record.
+/// Traces a copy of `rays` and returns the records afterwards, hits in place. The flags of
+/// `context` are those of the form. Throws std::runtime_error if a byte changed that belongs to no
+/// record.
+std::vector<RTCRayHit> Trace(const EmbreeApi& api, RTCScene scene, RTCIntersectContext& context,
+                             const Form& form, Query query, std::span<const RTCRayHit> rays);
+
+/// The same with a context that says nothing else.
 std::vector<RTCRayHit> Trace(const EmbreeScene& scene, const Form& form, Query query,
                              std::span<const RTCRayHit> rays);
 

@@ -1,0 +1,78 @@
+#include "slab_test.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dacrt::tests {
+namespace {
+
+/// Embree's reciprocals of direction components stay below 1e18, also those of zeros.
+double EmbreeReciprocal(double direction) {
+  constexpr double kLargest = 1e18;
+  return std::copysign(std::min(1 / std::abs(direction), kLargest), direction);
+}
+
+/// Whether a packet counts the ray as one of its own.
+bool IsTraced(const RTCRay& ray) {
+  const float sum = ray.org_x + ray.org_y + ray.org_z + ray.dir_x + ray.dir_y + ray.dir_z;
+  return std::isfinite(sum) && ray.tnear >= 0 && ray.tnear <= ray.tfar;
+}
+
+}  // namespace
+
+void SlabBox::Extend(const Approximate3& center, const Approximate& radius) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double value = center[axis].value;
+    lower[axis] = std::min(lower[axis], value - radius.value);
+    upper[axis] = std::max(upper[axis], value + radius.value);
+    // Centre and radius are added in single precision.
+    const double sum = IsZero(radius) ? 0 : kUnitRoundoff * (std::abs(value) + Magnitude(radius));
+    plane_error[axis] = std::max(plane_error[axis], center[axis].error + radius.error + sum);
+  }
+}
+
+bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
+                     std::span<const RTCRayHit> packet) {
+  Approximate near[4] = {{std::max(0.0, ray.tnear), 0}};
+  Approximate far[4] = {{tfar, 0}};
+  bool planes_are_exact = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double direction = ray.dir[axis].value, direction_error = ray.dir[axis].error;
+    const double origin = ray.org[axis].value;
+    const double reciprocal = EmbreeReciprocal(direction);
+    // A library's ray may be parallel to the planes, or go the other way.
+    if (direction_error > 0 && std::abs(direction) <= 2 * direction_error) return true;
+    double largest_origin = std::abs(origin), largest_reciprocal = std::abs(reciprocal);
+    for (const RTCRayHit& other : packet) {
+      if (!IsTraced(other.ray)) continue;
+      largest_origin = std::max<double>(largest_origin, std::abs((&other.ray.org_x)[axis]));
+      largest_reciprocal =
+          std::max(largest_reciprocal, std::abs(EmbreeReciprocal((&other.ray.dir_x)[axis])));
+    }
+    const double inherited = ray.org[axis].error + box.plane_error[axis];
+    planes_are_exact = planes_are_exact && inherited == 0 && direction_error == 0;
+    // (plane - origin) * reciprocal, or with fused multiply-add plane * reciprocal - origin *
+    // reciprocal, where the second product is rounded on its own.
+    const auto distance = [&](double plane) {
+      const double from_direction =
+          direction_error > 0 ? 2 * direction_error / std::abs(direction) : 0;
+      const double error =
+          (RoundingOf(kQuotientOperations + 1) + from_direction) * std::abs(plane - origin) +
+          RoundingOf(1) * largest_origin + inherited;
+      return Approximate{(plane - origin) * reciprocal, error * largest_reciprocal};
+    };
+    near[axis + 1] = distance(reciprocal < 0 ? box.upper[axis] : box.lower[axis]);
+    far[axis + 1] = distance(reciprocal < 0 ? box.lower[axis] : box.upper[axis]);
+  }
+  for (int n = 0; n < 4; ++n) {
+    for (int f = 0; f < 4; ++f) {
+      // One axis does not lose a single ray on its own: its two planes' distances have the same
+      // error in the same order.
+      if (n == f && packet.empty() && planes_are_exact) continue;
+      if (!(near[n].value + near[n].error <= far[f].value - far[f].error)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace dacrt::tests

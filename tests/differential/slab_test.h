@@ -1,0 +1,34 @@
+// What rounding may do to the real library's bounding-box tests.
+#pragma once
+
+#include <limits>
+#include <span>
+
+#include "motion.h"
+
+namespace dacrt::tests {
+
+/// A bounding box, and how far a library's planes may be from it.
+struct SlabBox {
+  double lower[3], upper[3];
+  double plane_error[3] = {};
+
+  SlabBox() {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::numeric_limits<double>::infinity();
+      upper[axis] = -std::numeric_limits<double>::infinity();
+    }
+  }
+
+  void Extend(const Approximate3& center, const Approximate& radius);
+};
+
+/// Whether single-precision slab tests may find that the ray misses the box, if each distance is
+/// off by its rounding error. `packet` are the rays, this one included, that may be tested
+/// together by the intervals of their origins and reciprocal directions: then the largest of them
+/// make the error. Alone if it is empty. A box around this one, as those of a hierarchy are, is
+/// lost only if this one may be: the float distance to a plane is monotone in the plane.
+bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
+                     std::span<const RTCRayHit> packet);
+
+}  // namespace dacrt::tests

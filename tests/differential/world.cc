@@ -1,0 +1,82 @@
+#include "world.h"
+
+#include <algorithm>
+
+#include "random.h"
+
+namespace dacrt::tests {
+
+const char* Name(Shape shape) {
+  constexpr const char* kNames[kShapeCount] = {"triangles", "quads",          "grids", "spheres",
+                                               "discs",     "oriented_discs", "user",  "instances"};
+  return kNames[static_cast<uint32_t>(shape)];
+}
+
+bool HasPoints(Shape shape) {
+  return shape == Shape::kSpheres || shape == Shape::kDiscs || shape == Shape::kOrientedDiscs ||
+         shape == Shape::kUser;
+}
+
+bool HasFacets(Shape shape) {
+  return shape == Shape::kTriangles || shape == Shape::kQuads || shape == Shape::kGrids;
+}
+
+const char* Name(FilterKind kind) {
+  constexpr const char* kNames[] = {"none", "accept", "reject_some", "reject_all"};
+  return kNames[static_cast<uint32_t>(kind)];
+}
+
+uint32_t WorldGeometry::StepCount() const {
+  return static_cast<uint32_t>(shape == Shape::kInstance ? placements.size() : vertices.size());
+}
+
+uint32_t WorldGeometry::PrimitiveCount() const {
+  if (shape == Shape::kInstance) return 1;
+  return static_cast<uint32_t>(HasFacets(shape) ? primitives.size() : vertices.front().size());
+}
+
+void Apply(const Change& change, std::vector<WorldScene>& scenes) {
+  WorldGeometry& geometry = scenes[change.scene].geometries[change.geometry];
+  switch (change.kind) {
+    case Change::Kind::kEnable:
+      geometry.enabled = true;
+      return;
+    case Change::Kind::kDisable:
+      geometry.enabled = false;
+      return;
+    case Change::Kind::kDetach:
+      geometry.attached = false;
+      return;
+    case Change::Kind::kAttach:
+      geometry.attached = true;
+      return;
+    case Change::Kind::kMask:
+      geometry.mask = change.mask;
+      return;
+    case Change::Kind::kShift:
+      for (auto& step : geometry.vertices) {
+        for (Vertex& vertex : step) {
+          vertex.x += change.shift.x;
+          vertex.y += change.shift.y;
+          vertex.z += change.shift.z;
+        }
+      }
+      for (Placement& placement : geometry.placements) {
+        for (int axis = 0; axis < 3; ++axis) {
+          placement.matrix[9 + axis] += change.shift[axis];
+          placement.parts[13 + axis] += change.shift[axis];
+        }
+      }
+  }
+}
+
+bool Rejects(FilterKind kind, uint32_t ray_id, const RTCHit& hit) {
+  if (kind != FilterKind::kRejectSome) return kind == FilterKind::kRejectAll;
+  uint64_t seed = ray_id;
+  for (const uint32_t part : {hit.instID[0], hit.geomID, hit.primID}) {
+    seed = seed * 0x100000001b3u + part;
+  }
+  return Random(seed).Next() % 2 == 0;
+}
+
+}  // namespace dacrt::tests
