@@ -23,31 +23,65 @@ struct CornerBox {
   Corner upper;
 };
 
-/// Bounds of a triangle that can be hit.
-HWY_INLINE CornerBox BoundUsable(const MeshTable& meshes, MeshTable::Name name) {
+/// Loads the corners of a triangle of a plain mesh, three coordinates each with something behind.
+/// False if that takes another way: an index is outside the vertices, or the last one, behind which
+/// there may be nothing.
+HWY_INLINE bool LoadCorners(const MeshTable& meshes, MeshTable::Name name, Corner* corners) {
+  if (HWY_UNLIKELY(!meshes.is_plain())) return false;
   const TriangleMesh& mesh = meshes[name.mesh];
   uint32_t index[3];
-  const bool is_plain = HWY_LIKELY(meshes.is_plain());
-  if (is_plain) {
-    memcpy(index,
-           static_cast<const char*>(mesh.triangles) + size_t{name.primitive} * mesh.triangle_stride,
-           sizeof(index));
+  memcpy(index,
+         static_cast<const char*>(mesh.triangles) + size_t{name.primitive} * mesh.triangle_stride,
+         sizeof(index));
+  for (int i = 0; i < 3; ++i) {
+    // With a stride of 0 every vertex is the last one.
+    if (size_t{index[i]} + 1 >= mesh.vertex_count || mesh.vertex_stride == 0) return false;
+    corners[i] = Corner::LoadUnaligned(reinterpret_cast<const float*>(
+        static_cast<const char*>(mesh.vertices) + index[i] * mesh.vertex_stride));
   }
-  // The coordinate that is loaded behind a vertex belongs to the next one, so the last vertex is
-  // left to the other way; and whatever the caller has changed since.
-  const size_t last = mesh.vertex_count - 1;
-  if (!is_plain || mesh.vertex_count == 0 || mesh.vertex_stride < sizeof(float) ||
-      index[0] >= last || index[1] >= last || index[2] >= last) {
-    TriangleRef ref{};
-    BoundTriangle(meshes, name, ref);
-    return {Corner::Load(ref.lower), Corner::Load(ref.upper)};
+  return true;
+}
+
+HWY_INLINE CornerBox BoundCorners(const Corner* c) {
+  return {Min(Min(c[0], c[1]), c[2]), Max(Max(c[0], c[1]), c[2])};
+}
+
+/// Bounds of a triangle that can be hit.
+HWY_INLINE CornerBox BoundUsable(const MeshTable& meshes, MeshTable::Name name) {
+  Corner corners[3];
+  if (HWY_LIKELY(LoadCorners(meshes, name, corners))) return BoundCorners(corners);
+  TriangleRef ref{};
+  BoundTriangle(meshes, name, ref);
+  return {Corner::Load(ref.lower), Corner::Load(ref.upper)};
+}
+
+/// Whether no coordinate is too large, infinite, or not a number.
+HWY_INLINE bool IsUsable(const Corner* corners) {
+  HWY_ALIGN static constexpr uint32_t kXyz[4] = {~0u, ~0u, ~0u, 0};
+  const Corner mask = Corner::Load(reinterpret_cast<const float*>(kXyz));
+  const auto limit = hn::Set(kCornerTag, kLargestCoordinate);
+  bool usable = true;
+  for (size_t i = 0; i < kCornerParts; ++i) {
+    const auto within = [&](const Corner& corner) HWY_ATTR {
+      return hn::Le(hn::Abs(hn::And(corner.part[i], mask.part[i])), limit);
+    };
+    usable &= hn::AllTrue(
+        kCornerTag, hn::And(within(corners[0]), hn::And(within(corners[1]), within(corners[2]))));
   }
-  const auto load = [&](uint32_t i) HWY_ATTR {
-    return Corner::LoadUnaligned(reinterpret_cast<const float*>(
-        static_cast<const char*>(mesh.vertices) + i * mesh.vertex_stride));
-  };
-  const Corner a = load(index[0]), b = load(index[1]), c = load(index[2]);
-  return {Min(Min(a, b), c), Max(Max(a, b), c)};
+  return usable;
+}
+
+/// Bounds of a triangle, if it can be hit.
+HWY_INLINE bool BoundIfUsable(const MeshTable& meshes, MeshTable::Name name, CornerBox& box) {
+  Corner corners[3];
+  if (HWY_LIKELY(LoadCorners(meshes, name, corners))) {
+    box = BoundCorners(corners);
+    return IsUsable(corners);
+  }
+  TriangleRef ref;
+  if (!BoundTriangle(meshes, name, ref)) return false;
+  box = {Corner::Load(ref.lower), Corner::Load(ref.upper)};
+  return true;
 }
 
 }  // namespace HWY_NAMESPACE

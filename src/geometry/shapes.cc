@@ -7,13 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "geometry/triangle_refs.h"
 #include "scene/scene_parts.h"
 
 namespace dacrt {
 namespace {
 
-/// Squares of larger coordinates overflow.
-constexpr float kLargest = 1.8e18f;
 constexpr std::size_t kMostSteps = 129;
 constexpr uint32_t kLeastGrid = 2, kMostGrid = 32767;
 
@@ -87,8 +86,8 @@ float Interpolate(float a, float b, float fraction) {
 
 bool IsUsable(const float* corner) {
   // Negated, so that a coordinate which is not a number fails as well.
-  return std::abs(corner[0]) <= kLargest && std::abs(corner[1]) <= kLargest &&
-         std::abs(corner[2]) <= kLargest;
+  return std::abs(corner[0]) <= kLargestCoordinate && std::abs(corner[1]) <= kLargestCoordinate &&
+         std::abs(corner[2]) <= kLargestCoordinate;
 }
 
 bool IsUsable(const Bounds& bounds) {
@@ -244,7 +243,7 @@ bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_
           HasPoints(g.shape) ? 16 : 12);
       if (!IsUsable(corner)) return false;
       const float radius = corner[3];
-      if (!(radius >= 0 && radius <= kLargest)) return false;
+      if (!(radius >= 0 && radius <= kLargestCoordinate)) return false;
       for (int axis = 0; axis < 3; ++axis) {
         bounds.lower[axis] = std::min(bounds.lower[axis], corner[axis] - radius);
         bounds.upper[axis] = std::max(bounds.upper[axis], corner[axis] + radius);

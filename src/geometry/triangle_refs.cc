@@ -17,11 +17,11 @@ bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, T
   }
   Corners corners;
   if (!meshes.ReadCorners(mesh, primitive, corners)) return false;
-  constexpr float kLargest = 1.8e18f;
   for (int axis = 0; axis < 3; ++axis) {
     const float a = corners.v[0][axis], b = corners.v[1][axis], c = corners.v[2][axis];
     // Negated, so that a coordinate which is not a number fails as well.
-    if (!(std::abs(a) <= kLargest && std::abs(b) <= kLargest && std::abs(c) <= kLargest)) {
+    if (!(std::abs(a) <= kLargestCoordinate && std::abs(b) <= kLargestCoordinate &&
+          std::abs(c) <= kLargestCoordinate)) {
       return false;
     }
     ref.lower[axis] = std::min(std::min(a, b), c);

@@ -29,8 +29,11 @@ struct TriangleRange {
   std::size_t count() const { return end - begin; }
 };
 
+/// Squares of larger coordinates overflow.
+inline constexpr float kLargestCoordinate = 1.8e18f;
+
 /// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
-/// coordinate that is not finite or above 1.8e18 in magnitude, where squares overflow.
+/// coordinate that is not finite or above kLargestCoordinate in magnitude.
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
 inline bool BoundTriangle(const MeshTable& meshes, MeshTable::Name name, TriangleRef& ref) {
   return BoundTriangle(meshes, name.mesh, name.primitive, ref);

@@ -1,6 +1,7 @@
 #include "partition/kept_partition.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace dacrt {
 namespace {
@@ -32,7 +33,9 @@ std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
          sizeof(WideNode) * (16 + triangles / 1024);
 }
 
-KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget) : meshes_(meshes) {
+KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
+                             TaskPool& tasks)
+    : meshes_(meshes) {
   const std::size_t most = meshes.triangle_count();
   memory_ = Pages(std::max(budget, LeastBytes(most)));
   std::byte* next = memory_.data();
@@ -47,25 +50,35 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget) : mesh
   // Every node has a triangle at least.
   nodes_ = {reinterpret_cast<WideNode*>(next + align), std::min(left / sizeof(WideNode), most + 1)};
 
-  std::size_t kept = 0;
-  const auto all = meshes.meshes();
-  for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
-    for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
-      TriangleRef ref;
-      if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
-      triangles_[kept++] = meshes.Number(mesh, primitive);
-      bounds_.Extend(ref.lower);
-      bounds_.Extend(ref.upper);
-      const float center[3] = {ref.lower[0] + ref.upper[0], ref.lower[1] + ref.upper[1],
-                               ref.lower[2] + ref.upper[2]};
-      centers_.Extend(center);
-    }
-  }
-  triangles_ = triangles_.first(kept);
+  List(list, tasks);
   subset_count_ = 1;
   subsets_[0].begin = 0;
-  subsets_[0].count = static_cast<uint32_t>(kept);
+  subsets_[0].count = static_cast<uint32_t>(triangles_.size());
   subsets_[0].root = Subset::kUnsplit;
+}
+
+/// Each piece of the numbers is listed where it would stand if every triangle could be hit.
+void KeptPartition::List(ListFunction list, TaskPool& tasks) {
+  constexpr std::size_t kPiece = 65536;  // half a millisecond
+  const std::size_t most = triangles_.size();
+  std::vector<ListedTriangles> pieces((most + kPiece - 1) / kPiece);
+  tasks.ForEach(pieces.size(), [&](std::size_t i) {
+    const std::size_t begin = i * kPiece;
+    pieces[i] = list(meshes_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
+  });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (pieces[i].count == 0) continue;
+    if (kept < i * kPiece) {
+      std::copy_n(triangles_.data() + i * kPiece, pieces[i].count, triangles_.data() + kept);
+    }
+    kept += pieces[i].count;
+    bounds_.Extend(pieces[i].bounds.lower);
+    bounds_.Extend(pieces[i].bounds.upper);
+    centers_.Extend(pieces[i].centers.lower);
+    centers_.Extend(pieces[i].centers.upper);
+  }
+  triangles_ = triangles_.first(kept);
 }
 
 bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,

@@ -16,6 +16,7 @@
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "runtime/pages.h"
+#include "runtime/tasks.h"
 
 namespace dacrt {
 
@@ -31,12 +32,23 @@ struct Subset {
   std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
 };
 
+/// The triangles of a range of numbers that can be hit.
+struct ListedTriangles {
+  std::size_t count;
+  Box bounds;
+  Box centers;  ///< bounds of lower + upper of each triangle, which is twice its centre
+};
+
+/// Writes the numbers of those among [begin, end) that can be hit (see list_triangles-inl.h).
+using ListFunction = ListedTriangles (*)(const MeshTable& meshes, std::size_t begin,
+                                         std::size_t end, uint32_t* numbers);
+
 class KeptPartition {
  public:
-  /// For `meshes`, in at most `budget` bytes; a budget that does not hold the triangles and a
-  /// hundredth of a byte more for each counts as one that just does.
-  /// Throws std::bad_alloc.
-  KeptPartition(const MeshTable& meshes, std::size_t budget);
+  /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
+  /// bytes; a budget that does not hold the triangles and a hundredth of a byte more for each
+  /// counts as one that just does. Throws std::bad_alloc.
+  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks);
 
   /// Least budget with which anything is kept.
   static std::size_t LeastBytes(std::size_t triangles);
@@ -66,6 +78,8 @@ class KeptPartition {
   std::size_t BytesReserved() const { return memory_.bytes(); }
 
  private:
+  void List(ListFunction list, TaskPool& tasks);
+
   const MeshTable& meshes_;
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();

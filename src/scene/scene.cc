@@ -70,7 +70,8 @@ class Scene::Implementation {
       : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
     const std::size_t most = parts.meshes.triangle_count();
     if (most > 0 && Engine().Keeps(most, keep)) {
-      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most));
+      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most),
+                                                   Engine().kernels.list, Engine().tasks);
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {

@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "solve/solve.cc"
 #include <hwy/foreach_target.h>
 
+#include "partition/list_triangles-inl.h"
 #include "rays/store_hits-inl.h"
 #include "solve/solve_kept-inl.h"
 #include "solve/solve_objects-inl.h"
@@ -44,7 +45,7 @@ size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTas
 }  // namespace
 
 const Kernels* GetKernels() {
-  static constexpr Kernels kKernels{SolvePiece, StorePiece};
+  static constexpr Kernels kKernels{SolvePiece, ListTriangles, StorePiece};
   return &kKernels;
 }
 

@@ -12,6 +12,8 @@ struct Kernels {
   /// Solves the rays of `rays` against `triangles`.
   void (*solve)(Query query, const SolveTask& task, const TriangleRange& triangles,
                 const RayBlock& rays);
+  /// Lists the triangles of a scene.
+  ListFunction list;
   /// Writes the hits to the caller's records; returns their number.
   std::size_t (*store)(Query query, const RayView& view, std::size_t first, const SolveTask& task,
                        const RayBlock& rays);

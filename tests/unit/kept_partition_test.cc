@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "partition/kept_partition.h"
+#include "partition/list_triangles-inl.h"
 #include "partition/split_by_grid-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,7 +33,8 @@ class Kept {
   Kept(std::vector<Mesh> meshes, size_t budget)
       : meshes_(std::move(meshes)),
         table_(Views(meshes_)),
-        partition(table_, budget),
+        tasks_(1),
+        partition(table_, budget, ListTriangles, tasks_),
         scratch(std::make_unique<SubsetScratch>()) {}
 
   uint32_t Root(uint32_t subset) { return RootOf(partition, subset, *scratch); }
@@ -47,6 +49,7 @@ class Kept {
 
   std::vector<Mesh> meshes_;
   MeshTable table_;
+  TaskPool tasks_;
 
  public:
   KeptPartition partition;
