@@ -17,16 +17,14 @@ namespace {
 
 constexpr uint32_t kStream = 0;
 
-/// Lanes that callbacks see from a stream call, as with Embree.
+/// Lanes that callbacks see from a stream call, as with Embree; never 1, also for a single record,
+/// which Embree answers as rtcIntersect1 does.
 uint32_t StreamWidth(const Device& device, const RTCIntersectContext& context) {
   const dacrt::InstructionSet instruction_set = device.engine()->instruction_set();
   if (instruction_set < dacrt::InstructionSet::kAvx2) return 4;
   const bool is_coherent = (context.flags & RTC_INTERSECT_CONTEXT_FLAG_COHERENT) != 0;
   return is_coherent && instruction_set == dacrt::InstructionSet::kAvx512 ? 16 : 8;
 }
-
-/// The width for a stream of records, of which Embree answers a single one as rtcIntersect1 does.
-uint32_t RecordsWidth(std::size_t count) { return count == 1 ? 1 : kStream; }
 
 /// Answers `query` for the `count` rays at `rays`, the argument called `name`, which `make_view`
 /// describes. Callbacks see `width` lanes; kStream means a stream's.
@@ -86,20 +84,19 @@ RTC_API void rtcIntersect16(const int* valid, RTCScene hscene, RTCIntersectConte
 
 RTC_API void rtcIntersect1M(RTCScene hscene, RTCIntersectContext* context, RTCRayHit* rayhit,
                             unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", M, RecordsWidth(M), Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", M, kStream, Query::kClosest,
         [&] { return PacketView(rayhit, 1, M, byteStride, Record::kRayHit); });
 }
 
 RTC_API void rtcIntersect1Mp(RTCScene hscene, RTCIntersectContext* context, RTCRayHit** rayhit,
                              unsigned int M) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", M, RecordsWidth(M), Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", M, kStream, Query::kClosest,
         [&] { return PointerView(reinterpret_cast<void**>(rayhit), M, Record::kRayHit); });
 }
 
 RTC_API void rtcIntersectNM(RTCScene hscene, RTCIntersectContext* context, RTCRayHitN* rayhit,
                             unsigned int N, unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, rayhit, "rayhit", std::size_t{N} * M,
-        RecordsWidth(std::size_t{N} * M), Query::kClosest,
+  Trace(__func__, hscene, context, rayhit, "rayhit", std::size_t{N} * M, kStream, Query::kClosest,
         [&] { return PacketView(rayhit, N, M, byteStride, Record::kRayHit); });
 }
 
@@ -131,20 +128,20 @@ RTC_API void rtcOccluded16(const int* valid, RTCScene hscene, RTCIntersectContex
 
 RTC_API void rtcOccluded1M(RTCScene hscene, RTCIntersectContext* context, RTCRay* ray,
                            unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, ray, "ray", M, RecordsWidth(M), Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", M, kStream, Query::kAny,
         [&] { return PacketView(ray, 1, M, byteStride, Record::kRay); });
 }
 
 RTC_API void rtcOccluded1Mp(RTCScene hscene, RTCIntersectContext* context, RTCRay** ray,
                             unsigned int M) {
-  Trace(__func__, hscene, context, ray, "ray", M, RecordsWidth(M), Query::kAny,
+  Trace(__func__, hscene, context, ray, "ray", M, kStream, Query::kAny,
         [&] { return PointerView(reinterpret_cast<void**>(ray), M, Record::kRay); });
 }
 
 RTC_API void rtcOccludedNM(RTCScene hscene, RTCIntersectContext* context, RTCRayN* ray,
                            unsigned int N, unsigned int M, size_t byteStride) {
-  Trace(__func__, hscene, context, ray, "ray", std::size_t{N} * M, RecordsWidth(std::size_t{N} * M),
-        Query::kAny, [&] { return PacketView(ray, N, M, byteStride, Record::kRay); });
+  Trace(__func__, hscene, context, ray, "ray", std::size_t{N} * M, kStream, Query::kAny,
+        [&] { return PacketView(ray, N, M, byteStride, Record::kRay); });
 }
 
 RTC_API void rtcOccludedNp(RTCScene hscene, RTCIntersectContext* context, const RTCRayNp* ray,

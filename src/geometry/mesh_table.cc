@@ -89,4 +89,14 @@ void MeshTable::Add(const TriangleMesh& mesh) {
   meshes_.push_back(mesh);
 }
 
+bool MeshTable::AllAccept(uint32_t mask) const {
+  if (all_masks_full_) return true;
+  for (uint32_t i = 0; i < meshes_.size(); ++i) {
+    if ((meshes_[i].mask & mask) == 0) return false;
+    const SceneParts* const scene = shapes_->InstancedScene(i);
+    if (scene && !scene->meshes.AllAccept(mask)) return false;
+  }
+  return true;
+}
+
 }  // namespace dacrt

@@ -56,8 +56,11 @@ class MeshTable {
   bool is_plain() const { return is_plain_; }
   const Shapes& shapes() const { return *shapes_; }
 
-  /// Whether every mesh accepts every ray whose mask is not 0.
+  /// Whether every mesh, those of instanced scenes included, accepts every ray whose mask is not 0.
   bool all_masks_full() const { return all_masks_full_; }
+
+  /// Whether every mesh accepts every ray whose mask holds `mask`.
+  bool AllAccept(uint32_t mask) const;
 
   /// Reads the corners. False, and nothing read outside the vertices, if an index is too large.
   bool ReadCorners(uint32_t mesh, uint32_t primitive, Corners& corners) const {

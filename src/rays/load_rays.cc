@@ -56,11 +56,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
     if (query == Query::kClosest) batch.hits[i] = {Hit::kNone, Hit::kNone};
     ++slot;
   }
-  const bool masks_matter =
-      !meshes.all_masks_full() &&
-      std::any_of(meshes.meshes().begin(), meshes.meshes().end(),
-                  [&](const TriangleMesh& mesh) { return (mesh.mask & common_mask) == 0; });
-  if (!masks_matter) batch.ray_masks = nullptr;
+  if (meshes.AllAccept(common_mask)) batch.ray_masks = nullptr;
   PadWithInactive(batch, slot);
   batch.top = (slot + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   return {0, slot};
