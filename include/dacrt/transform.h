@@ -41,7 +41,8 @@ struct TimeRange {
   float end = 1;
 };
 
-/// The transform at `time`, which is clamped to the range. `steps` must not be empty.
+/// The transform at `time`. `steps` must not be empty. Outside of the range, of which a single step
+/// knows nothing, the first or last segment goes on.
 AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange range, float time);
 
 /// The way back. A transform that is not invertible gives numbers that are not finite.

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
+
 namespace dacrt {
 namespace {
 
@@ -23,10 +27,24 @@ AffineTransform Multiply(const AffineTransform& a, const AffineTransform& b) {
   return out;
 }
 
+float Dot(const float* a, const float* b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+}
+
+/// 1 / sqrt(value) as Embree takes it: the processor's estimate, and one step of Newton's method.
+float InverseSquareRoot(float value) {
+#ifdef __SSE__
+  const float guess = _mm_cvtss_f32(_mm_rsqrt_ss(_mm_set_ss(value)));
+  return 1.5f * guess - 0.5f * value * guess * (guess * guess);
+#else
+  return 1 / std::sqrt(value);
+#endif
+}
+
+/// `out` may be `quaternion`.
 void Normalize(const float* quaternion, float* out) {
-  float square = 0;
-  for (int i = 0; i < 4; ++i) square += quaternion[i] * quaternion[i];
-  for (int i = 0; i < 4; ++i) out[i] = quaternion[i] / std::sqrt(square);
+  const float scale = InverseSquareRoot(Dot(quaternion, quaternion));
+  for (int i = 0; i < 4; ++i) out[i] = quaternion[i] * scale;
 }
 
 AffineTransform Compose(const TransformParts& parts) {
@@ -54,24 +72,25 @@ AffineTransform Compose(const TransformParts& parts) {
   return Multiply(placed, shape);
 }
 
-/// Along the shorter arc of the sphere.
-void InterpolateRotation(const float* from, const float* to, float fraction, float* out) {
-  float a[4], b[4];
-  Normalize(from, a);
-  Normalize(to, b);
-  float cosine = 0;
-  for (int i = 0; i < 4; ++i) cosine += a[i] * b[i];
+/// From `a` to `b`, which have length 1, along the shorter arc of the sphere: by an angle that is
+/// in proportion to `fraction`. In the order of Embree's operations, since near 1 the cosine's
+/// rounding shows in the angle.
+void InterpolateRotation(const float* a, const float* b, float fraction, float* out) {
+  float cosine = Dot(a, b);
   const float sign = cosine < 0 ? -1.0f : 1.0f;
-  cosine = std::abs(cosine);
-  float weight_a = 1 - fraction, weight_b = fraction;
+  cosine *= sign;
   constexpr float kNearlyEqual = 0.9995f;
-  if (cosine < kNearlyEqual) {
-    const float angle = std::acos(cosine);
-    const float sine = std::sin(angle);
-    weight_a = std::sin((1 - fraction) * angle) / sine;
-    weight_b = std::sin(fraction * angle) / sine;
+  if (cosine > kNearlyEqual) {
+    for (int i = 0; i < 4; ++i) out[i] = (1 - fraction) * a[i] + fraction * sign * b[i];
+    return;
   }
-  for (int i = 0; i < 4; ++i) out[i] = weight_a * a[i] + sign * weight_b * b[i];
+  float perpendicular[4];
+  for (int i = 0; i < 4; ++i) perpendicular[i] = sign * b[i] - cosine * a[i];
+  Normalize(perpendicular, perpendicular);
+  const float angle = fraction * std::acos(cosine);
+  for (int i = 0; i < 4; ++i) {
+    out[i] = std::cos(angle) * a[i] + std::sin(angle) * perpendicular[i];
+  }
 }
 
 TransformParts Interpolate(const TransformParts& a, const TransformParts& b, float fraction) {
@@ -84,7 +103,10 @@ TransformParts Interpolate(const TransformParts& a, const TransformParts& b, flo
   out.skew_xy = Interpolate(a.skew_xy, b.skew_xy, fraction);
   out.skew_xz = Interpolate(a.skew_xz, b.skew_xz, fraction);
   out.skew_yz = Interpolate(a.skew_yz, b.skew_yz, fraction);
-  InterpolateRotation(a.quaternion, b.quaternion, fraction, out.quaternion);
+  float from[4], to[4];
+  Normalize(a.quaternion, from);
+  Normalize(b.quaternion, to);
+  InterpolateRotation(from, to, fraction, out.quaternion);
   return out;
 }
 
@@ -95,10 +117,9 @@ AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange rang
   float fraction = 0;
   if (steps.size() > 1) {
     const float segments = static_cast<float>(steps.size() - 1);
-    float place = (time - range.begin) / (range.end - range.begin) * segments;
-    if (!(place >= 0)) place = 0;
-    place = std::min(place, segments);
-    const float floor = std::min(std::floor(place), segments - 1);
+    const float place = (time - range.begin) / (range.end - range.begin) * segments;
+    // Also for a place that is not a number.
+    const float floor = place >= 1 ? std::min(std::floor(place), segments - 1) : 0.0f;
     step = static_cast<std::size_t>(floor);
     fraction = place - floor;
   }
