@@ -16,6 +16,7 @@ struct GeometryCallbacks {
   RTCBoundsFunction bounds = nullptr;
   RTCIntersectFunctionN intersect = nullptr;
   RTCOccludedFunctionN occluded = nullptr;
+  RTCPointQueryFunction point_query = nullptr;
 };
 
 /// Makes the engine call the functions of `geometry`. Whether it looks for filter functions is

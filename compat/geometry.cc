@@ -6,6 +6,7 @@
 #include "boundary.h"
 #include "device.h"
 #include "names.h"
+#include "point_query.h"
 #include "scene.h"
 
 namespace dacrt::compat {
@@ -46,6 +47,12 @@ Shape ShapeOf(RTCGeometryType type) {
     default:
       return Shape::kTriangles;
   }
+}
+
+/// As in Embree, points take no part in point queries, and of an instance its geometries do.
+bool TakesPointQueries(RTCGeometryType type) {
+  return type == RTC_GEOMETRY_TYPE_TRIANGLE || type == RTC_GEOMETRY_TYPE_QUAD ||
+         type == RTC_GEOMETRY_TYPE_GRID || type == RTC_GEOMETRY_TYPE_USER;
 }
 
 }  // namespace
@@ -177,6 +184,10 @@ void Geometry::SetOccludedFunction(RTCOccludedFunctionN function) {
   callbacks_.occluded = function;
 }
 
+void Geometry::SetPointQueryFunction(RTCPointQueryFunction function) {
+  callbacks_.point_query = function;
+}
+
 void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
   CheckIsInstance();
   if (scene->device() != device_) {
@@ -219,6 +230,7 @@ dacrt::Geometry Geometry::Describe(uint32_t geometry_id, bool context_filter) {
   description.mask = device_->ignore_masks() ? UINT32_MAX : mask_;
   description.time_range = time_range_;
   SetCallbacks(*this, context_filter, description);
+  if (TakesPointQueries(type_)) description.point_callback = PointCallbackOf(*this);
   if (IsInstance()) {
     description.transforms = transforms_;
     description.instanced_scene = instanced_scene_->CommittedShared();

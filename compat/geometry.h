@@ -62,6 +62,7 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void SetBoundsFunction(RTCBoundsFunction function);
   void SetIntersectFunction(RTCIntersectFunctionN function);
   void SetOccludedFunction(RTCOccludedFunctionN function);
+  void SetPointQueryFunction(RTCPointQueryFunction function);
   const GeometryCallbacks& callbacks() const { return callbacks_; }
 
   // Instances.

@@ -136,11 +136,3 @@ RTC_API void rtcSetGeometryOccludedFilterFunction(RTCGeometry hgeometry,
   OnObject(__func__, hgeometry, "geometry",
            [&](Geometry& geometry) { geometry.SetAnyFilter(filter); });
 }
-
-RTC_API void rtcSetGeometryPointQueryFunction(RTCGeometry hgeometry,
-                                              RTCPointQueryFunction pointQuery) {
-  OnObject(__func__, hgeometry, "geometry", [&](Geometry&) {
-    if (pointQuery)
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "point queries are not supported yet");
-  });
-}

@@ -93,31 +93,7 @@ RTC_API unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry hgeometry, unsig
   return kNoHalfEdge;
 }
 
-// rtcore_scene.h: point queries and collisions
-
-RTC_API bool rtcPointQuery(RTCScene hscene, RTCPointQuery*, RTCPointQueryContext*,
-                           RTCPointQueryFunction, void*) {
-  RefuseOn(__func__, hscene, "scene");
-  return false;
-}
-
-RTC_API bool rtcPointQuery4(const int*, RTCScene hscene, RTCPointQuery4*, RTCPointQueryContext*,
-                            RTCPointQueryFunction, void**) {
-  RefuseOn(__func__, hscene, "scene");
-  return false;
-}
-
-RTC_API bool rtcPointQuery8(const int*, RTCScene hscene, RTCPointQuery8*, RTCPointQueryContext*,
-                            RTCPointQueryFunction, void**) {
-  RefuseOn(__func__, hscene, "scene");
-  return false;
-}
-
-RTC_API bool rtcPointQuery16(const int*, RTCScene hscene, RTCPointQuery16*, RTCPointQueryContext*,
-                             RTCPointQueryFunction, void**) {
-  RefuseOn(__func__, hscene, "scene");
-  return false;
-}
+// rtcore_scene.h: collisions
 
 RTC_API void rtcCollide(RTCScene hscene0, RTCScene, RTCCollideFunc, void*) {
   RefuseOn(__func__, hscene0, "scene0");

@@ -12,6 +12,7 @@
 
 #include "dacrt/callback.h"
 #include "dacrt/geometry.h"
+#include "dacrt/point_query.h"
 #include "dacrt/ray_view.h"
 #include "dacrt/settings.h"
 #include "dacrt/statistics.h"
@@ -138,6 +139,19 @@ class Scene {
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
   /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
+
+  /// Calls the point callbacks of the geometries for the primitives within the radius of a point,
+  /// each once, in instances once an instance. A primitive is within the radius if its bounds at
+  /// the query's time are; a moving geometry is passed by at times at which it is not there.
+  /// Through an instance that is not a similarity (see SimilarityScale), the box that holds what
+  /// the ball of the radius becomes stands for it.
+  ///
+  /// Where a partition is kept, nearer subsets are looked at first, and those beyond a radius that
+  /// shrinks are not looked at. Otherwise a query looks at the bounds of every primitive.
+  ///
+  /// The callbacks are called by the thread that calls. A point or a radius that is not a number
+  /// finds nothing. Throws std::bad_alloc if there is no memory to split a subset of the partition.
+  void QueryPoint(const PointQuery& query) const;
 
  private:
   class Implementation;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dacrt/callback.h"
+#include "dacrt/point_query.h"
 #include "dacrt/transform.h"
 
 namespace dacrt {
@@ -110,6 +111,10 @@ struct Geometry {
   /// closer hit was accepted; grids offer each hit of theirs, spheres and discs near and far ones.
   Callback closest_filter;  ///< for Query::kClosest
   Callback any_filter;      ///< for Query::kAny
+
+  /// Called by Scene::QueryPoint. Without it point queries pass the geometry by; instances have
+  /// none of their own.
+  PointCallback point_callback;
 };
 
 }  // namespace dacrt

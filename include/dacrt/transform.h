@@ -48,4 +48,8 @@ AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange rang
 /// The way back. A transform that is not invertible gives numbers that are not finite.
 AffineTransform Inverse(const AffineTransform& transform);
 
+/// The number by which a transform multiplies distances; 0 if that depends on the direction, so
+/// that their squares differ by more than a hundred-thousandth.
+float SimilarityScale(const AffineTransform& transform);
+
 }  // namespace dacrt

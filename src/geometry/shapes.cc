@@ -260,6 +260,19 @@ bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_
   return true;
 }
 
+Box Shapes::BoundItemAt(uint32_t geometry, uint32_t item, Moment moment) const {
+  Box bounds, end;
+  BoundItem(geometry, item, moment.step, moment.step + 1, bounds);
+  if (!IsMoving(geometry)) return bounds;
+  BoundItem(geometry, item, moment.step + 1, moment.step + 2, end);
+  // Rounded as what moves in them is, so that it stays in them.
+  for (int axis = 0; axis < 3; ++axis) {
+    bounds.lower[axis] = Interpolate(bounds.lower[axis], end.lower[axis], moment.fraction);
+    bounds.upper[axis] = Interpolate(bounds.upper[axis], end.upper[axis], moment.fraction);
+  }
+  return bounds;
+}
+
 std::optional<Moment> Shapes::MomentAt(uint32_t geometry, float time) const {
   const uint32_t steps = derived_[geometry].steps;
   if (steps == 1) return Moment{};

@@ -61,6 +61,9 @@ class Shapes {
     return BoundItem(geometry, item, 0, derived_[geometry].steps, bounds);
   }
 
+  /// Bounds at a moment, of an item that can be hit.
+  Box BoundItemAt(uint32_t geometry, uint32_t item, Moment moment) const;
+
   /// Bounds of what can be hit at the times 0 and 1. What lies between them, interpolated, holds
   /// what can be hit at other times.
   LinearBounds BoundLinearly() const;

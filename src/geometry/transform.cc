@@ -168,4 +168,20 @@ AffineTransform Inverse(const AffineTransform& transform) {
   return out;
 }
 
+float SimilarityScale(const AffineTransform& transform) {
+  const auto dot = [&](int a, int b) {
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) sum += double{transform.column[a][i]} * transform.column[b][i];
+    return sum;
+  };
+  const double square = dot(0, 0);
+  const double most = 1e-5 * square;
+  for (int a = 0; a < 3; ++a) {
+    // Negated, so that what is not a number fails as well.
+    if (!(std::abs(dot(a, a) - square) <= most)) return 0;
+    if (!(std::abs(dot(a, (a + 1) % 3)) <= most)) return 0;
+  }
+  return static_cast<float>(std::sqrt(square));
+}
+
 }  // namespace dacrt

@@ -119,6 +119,12 @@ class Scene::Implementation {
     return statistics;
   }
 
+  void QueryPoint(const PointQuery& query) const {
+    if (!(query.radius >= 0)) return;
+    PointTask task{query, query.radius, Engine().workspaces, Engine().settings};
+    Engine().kernels.query_point(task, parts);
+  }
+
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t ray_count) const {
     const CallPlan plan = PlanFor(ray_count);
@@ -336,5 +342,7 @@ Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions& opt
   if (rays.count == 0 || triangle_count() == 0) return {};
   return implementation_->Trace(query, rays, options);
 }
+
+void Scene::QueryPoint(const PointQuery& query) const { implementation_->QueryPoint(query); }
 
 }  // namespace dacrt

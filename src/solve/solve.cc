@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 
 #include "partition/list_triangles-inl.h"
+#include "query/query_point-inl.h"
 #include "rays/store_hits-inl.h"
 #include "solve/solve_kept-inl.h"
 #include "solve/solve_objects-inl.h"
@@ -42,10 +43,14 @@ size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTas
   return StoreClosest(view, first, task.meshes, task.batch, rays, task.scratch.triangles);
 }
 
+void QueryPointIn(PointTask& task, const SceneParts& scene) {
+  PointWalk(task, scene, task.query.to_scene, nullptr).Walk();
+}
+
 }  // namespace
 
 const Kernels* GetKernels() {
-  static constexpr Kernels kKernels{SolvePiece, ListTriangles, StorePiece};
+  static constexpr Kernels kKernels{SolvePiece, ListTriangles, StorePiece, QueryPointIn};
   return &kKernels;
 }
 

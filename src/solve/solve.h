@@ -3,6 +3,8 @@
 
 #include <cstddef>
 
+#include "query/point_task.h"
+#include "scene/scene_parts.h"
 #include "solve/solve_task.h"
 
 namespace dacrt {
@@ -17,6 +19,8 @@ struct Kernels {
   /// Writes the hits to the caller's records; returns their number.
   std::size_t (*store)(Query query, const RayView& view, std::size_t first, const SolveTask& task,
                        const RayBlock& rays);
+  /// Calls the point callbacks of `scene`.
+  void (*query_point)(PointTask& task, const SceneParts& scene);
 };
 
 /// The kernels of the best instruction set that is compiled in, that the processor has, and that is

@@ -46,12 +46,9 @@ TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
   const Api& api = s.api;
   const RTCGeometry g = s.Triangle();
   const RTCScene scene = s.SceneOf(g);
-  RTCPointQueryFunction on_point = [](RTCPointQueryFunctionArguments*) { return false; };
   constexpr unsigned int kNoHalfEdge = ~0u;
 
   const std::pair<const char*, std::function<void()>> calls[] = {
-      {"rtcSetGeometryPointQueryFunction",
-       [&] { api.rtcSetGeometryPointQueryFunction(g, on_point); }},
       {"rtcSetGeometryMaxRadiusScale", [&] { api.rtcSetGeometryMaxRadiusScale(g, 1); }},
       {"rtcSetGeometryTessellationRate", [&] { api.rtcSetGeometryTessellationRate(g, 1); }},
       {"rtcSetGeometryTopologyCount", [&] { api.rtcSetGeometryTopologyCount(g, 1); }},
@@ -70,20 +67,6 @@ TEST(Unsupported, FunctionsOfAGeometryOrSceneNameThemselves) {
        [&] { EXPECT_EQ(api.rtcGetGeometryPreviousHalfEdge(g, 0), kNoHalfEdge); }},
       {"rtcGetGeometryOppositeHalfEdge",
        [&] { EXPECT_EQ(api.rtcGetGeometryOppositeHalfEdge(g, 0, 0), kNoHalfEdge); }},
-      {"rtcPointQuery",
-       [&] { EXPECT_FALSE(api.rtcPointQuery(scene, nullptr, nullptr, nullptr, nullptr)); }},
-      {"rtcPointQuery4",
-       [&] {
-         EXPECT_FALSE(api.rtcPointQuery4(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
-       }},
-      {"rtcPointQuery8",
-       [&] {
-         EXPECT_FALSE(api.rtcPointQuery8(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
-       }},
-      {"rtcPointQuery16",
-       [&] {
-         EXPECT_FALSE(api.rtcPointQuery16(nullptr, scene, nullptr, nullptr, nullptr, nullptr));
-       }},
       {"rtcCollide", [&] { api.rtcCollide(scene, scene, nullptr, nullptr); }},
       {"rtcNewBVH", [&] { EXPECT_EQ(api.rtcNewBVH(s.device), nullptr); }},
   };

@@ -1,0 +1,182 @@
+// The walk of a point query over a scene: nearer subsets of the kept partition first.
+// Roussopoulos, Kelley, Vincent, "Nearest neighbor queries", SIGMOD 1995, section 3: children in
+// the order of their distance, those beyond what was found are left out.
+
+#if defined(DACRT_QUERY_QUERY_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_QUERY_QUERY_POINT_INL_H_
+#undef DACRT_QUERY_QUERY_POINT_INL_H_
+#else
+#define DACRT_QUERY_QUERY_POINT_INL_H_
+#endif
+
+#include <optional>
+#include <unordered_set>
+
+#include "geometry/wide_node-inl.h"
+#include "partition/split_by_grid-inl.h"
+#include "query/point_domain.h"
+#include "query/point_task.h"
+#include "scene/scene_parts.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// A point query in one scene: the one that was asked, or one that it has an instance of.
+class PointWalk {
+ public:
+  /// `instance` is the one that `scene` is seen in, null outside of instances; `to_scene` as in
+  /// PointDomain.
+  PointWalk(PointTask& task, const SceneParts& scene, const AffineTransform* to_scene,
+            const InstanceSpace* instance)
+      : task_(task),
+        scene_(scene),
+        instance_(instance),
+        is_top_(!to_scene),
+        domain_(to_scene, task.query.point) {
+    domain_.SetRadius(task.radius);
+  }
+
+  void Walk() {
+    if (!domain_.IsValid()) return;
+    if (scene_.kept) return WalkSubset(0);
+    const auto all = scene_.meshes.meshes();
+    for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
+      for (uint32_t item = 0; item < all[mesh].triangle_count; ++item) VisitItem({mesh, item});
+    }
+  }
+
+ private:
+  void WalkSubset(uint32_t number) {
+    const uint32_t root = FindRoot(number);
+    if (root != Subset::kNoRoom) return WalkNode(scene_.kept->node(root));
+    const Subset& subset = scene_.kept->subset(number);
+    VisitItems(subset.begin, subset.count);
+  }
+
+  uint32_t FindRoot(uint32_t number) const {
+    const uint32_t root = scene_.kept->subset(number).root.load(std::memory_order_acquire);
+    if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
+    WorkspacePool::Loan loan(task_.workspaces);
+    loan.Reserve(WorkspaceShape(/*triangles=*/0, /*rays=*/0, /*keeps=*/true, task_.settings));
+    return RootOf(*scene_.kept, number, loan->scratch().subset);
+  }
+
+  void WalkNode(const WideNode& node) {
+    HWY_ALIGN float squares[WideNode::kWidth];
+    uint64_t near = ChildrenInDomain(node, squares);
+    while (near != 0) {
+      const size_t i = TakeNearest(near, squares);
+      if (!(squares[i] <= domain_.square())) return;
+      if (node.IsLeaf(i)) {
+        VisitItems(node.Number(i), node.Kind(i));
+      } else if (node.IsSubset(i)) {
+        WalkSubset(node.Number(i));
+      } else {
+        WalkNode(scene_.kept->node(node.Number(i)));
+      }
+    }
+  }
+
+  /// The children that have a part in the domain, a bit each, and the squares of their distances.
+  uint64_t ChildrenInDomain(const WideNode& node, float* squares) const {
+    uint64_t near = 0;
+    for (size_t part = 0; part < WideNode::kWidth; part += ChildLanes()) {
+      ChildVec square = hn::Zero(kChildTag);
+      hn::Mask<ChildTag> meets = hn::FirstN(kChildTag, ChildLanes());
+      for (int axis = 0; axis < 3; ++axis) {
+        const ChildVec center = hn::Set(kChildTag, domain_.center()[axis]);
+        const ChildVec below = hn::Sub(WideLower(node, axis, part), center);
+        const ChildVec above = hn::Sub(center, WideUpper(node, axis, part));
+        const ChildVec distance = hn::Max(hn::Max(below, above), hn::Zero(kChildTag));
+        meets = hn::And(meets, hn::Le(distance, hn::Set(kChildTag, domain_.reach()[axis])));
+        square = hn::Add(square, hn::Mul(distance, distance));
+      }
+      meets = hn::And(meets, hn::Le(square, hn::Set(kChildTag, domain_.square())));
+      uint8_t bytes[8] = {};
+      hn::StoreMaskBits(kChildTag, meets, bytes);
+      near |= uint64_t{bytes[0]} << part;
+      hn::Store(square, kChildTag, squares + part);
+    }
+    return near & ((uint64_t{1} << node.count) - 1);
+  }
+
+  /// Takes the child with the least distance out of `children`, which are not empty.
+  static size_t TakeNearest(uint64_t& children, const float* squares) {
+    size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(children);
+    for (uint64_t rest = children & (children - 1); rest != 0; rest &= rest - 1) {
+      const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(rest);
+      if (squares[i] < squares[nearest]) nearest = i;
+    }
+    children &= ~(uint64_t{1} << nearest);
+    return nearest;
+  }
+
+  /// Items [begin, begin + count) of the kept order.
+  void VisitItems(size_t begin, size_t count) {
+    const auto numbers = scene_.kept->triangles().subspan(begin, count);
+    for (const uint32_t number : numbers) VisitItem(scene_.meshes.Locate(number));
+  }
+
+  void VisitItem(MeshTable::Name item) {
+    const Shapes& shapes = scene_.meshes.shapes();
+    const Geometry& geometry = shapes[item.mesh];
+    const bool is_instance = geometry.shape == Shape::kInstance;
+    if (!is_instance && !geometry.point_callback) return;
+    TriangleRef bounds;
+    if (!BoundTriangle(scene_.meshes, item, bounds)) return;
+    if (!domain_.Meets(bounds.lower, bounds.upper)) return;
+    if (shapes.IsMoving(item.mesh) && !MeetsNow(item)) return;
+    if (is_instance) return WalkInstance(item.mesh);
+    const uint32_t primitive = shapes.PrimitiveOf(item.mesh, item.primitive);
+    if (geometry.shape == Shape::kGrids && !MarkGrid(item.mesh, primitive)) return;
+    const float radius = geometry.point_callback(
+        {geometry.geometry_id, primitive, instance_, task_.radius, task_.query.call});
+    if (radius < task_.radius) ShrinkTo(radius);
+  }
+
+  /// Whether a moving item is there at the query's time, and then in the domain.
+  bool MeetsNow(MeshTable::Name item) const {
+    const Shapes& shapes = scene_.meshes.shapes();
+    const std::optional<Moment> moment = shapes.MomentAt(item.mesh, task_.query.time);
+    if (!moment) return false;
+    const Box bounds = shapes.BoundItemAt(item.mesh, item.primitive, *moment);
+    return domain_.Meets(bounds.lower, bounds.upper);
+  }
+
+  /// False if the grid was visited before: it has an item for each of its cells.
+  bool MarkGrid(uint32_t mesh, uint32_t primitive) {
+    return visited_grids_.insert(uint64_t{mesh} << 32 | primitive).second;
+  }
+
+  void WalkInstance(uint32_t mesh) {
+    if (!is_top_) return;  // There is one level of instances.
+    const Shapes& shapes = scene_.meshes.shapes();
+    const Geometry& geometry = shapes[mesh];
+    InstanceSpace space;
+    space.instance_id = geometry.geometry_id;
+    space.to_instance = shapes.ToInstance(mesh, task_.query.time);
+    space.from_instance = TransformAt(geometry.transforms, geometry.time_range, task_.query.time);
+    space.similarity_scale = SimilarityScale(space.to_instance);
+    PointWalk(task_, *shapes.InstancedScene(mesh), &space.to_instance, &space).Walk();
+    ShrinkTo(task_.radius);
+  }
+
+  void ShrinkTo(float radius) {
+    task_.radius = radius;
+    domain_.SetRadius(radius);
+  }
+
+  PointTask& task_;
+  const SceneParts& scene_;
+  const InstanceSpace* const instance_;
+  const bool is_top_;
+  PointDomain domain_;
+  std::unordered_set<uint64_t> visited_grids_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_QUERY_QUERY_POINT_INL_H_
