@@ -29,6 +29,10 @@ void Filter(const RTCFilterFunctionNArguments& arguments, FilterKind kind, bool 
     }
     call.offers.push_back({ray_id, hit, RTCRayN_tfar(arguments.ray, arguments.N, i), by_context});
     if (Rejects(kind, ray_id, hit)) arguments.valid[i] = 0;
+    if (kind == FilterKind::kChange) {
+      RTCHitN_u(arguments.hit, arguments.N, i) = kChangedU;
+      RTCHitN_v(arguments.hit, arguments.N, i) = kChangedV;
+    }
   }
 }
 
@@ -94,6 +98,19 @@ Crossings Cross(const Sphere& sphere, RTCRayN* rays, uint32_t width, uint32_t la
   return crossings;
 }
 
+/// Traces the ray of a lane, as a user function may that has to know more. What is found does not
+/// matter; the call that is under way must not notice.
+void TraceAgain(const GeometryData& data, RTCRayN* rays, uint32_t width, uint32_t lane) {
+  if (!data.traced_again) return;
+  CallContext inner = MakeContext(FilterKind::kNone);
+  RTCRayHit record{};
+  record.ray = rtcGetRayFromRayN(rays, width, lane);
+  record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCRay shadow = record.ray;
+  data.api->rtcIntersect1(data.traced_again, &inner.context, &record);
+  data.api->rtcOccluded1(data.traced_again, &inner.context, &shadow);
+}
+
 /// Marks the call as one by the program for as long as it lives.
 class InUserFunction {
  public:
@@ -129,6 +146,7 @@ void OfferCrossings(const Arguments& arguments, RTCRayN* rays, FilterFunction fi
     crossings[i] = Cross(SphereAt(*data.geometry, arguments.primID, RTCRayN_time(rays, width, i)),
                          rays, width, i);
     is_open[i] = true;
+    TraceAgain(data, rays, width, i);
   }
   for (int turn = 0; turn < 2; ++turn) {
     int valid[kMostLanes] = {};

@@ -37,8 +37,9 @@ CallContext MakeContext(FilterKind context_filter);
 
 /// What the user pointer of a geometry points to.
 struct GeometryData {
-  const EmbreeApi* api;
-  const WorldGeometry* geometry;
+  const EmbreeApi* api = nullptr;
+  const WorldGeometry* geometry = nullptr;
+  RTCScene traced_again = nullptr;  ///< user functions trace their rays in it as well
 };
 
 void FilterClosest(const RTCFilterFunctionNArguments* arguments);

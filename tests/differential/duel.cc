@@ -106,19 +106,23 @@ bool IsStream(const Form& form) {
 
 }  // namespace
 
-Arena::Arena(const EmbreeApi& drop_in, const std::string& config, Library judged)
-    : drop_in_(std::make_unique<EmbreeDevice>(drop_in, config)), judged_(judged) {}
-
-Arena::Arena(const std::string& drop_in_config)
-    : Arena(tests::DropIn(), drop_in_config, Library::kDropIn) {}
+Arena::Arena(const std::string& config) : Arena(tests::DropIn(), config, Library::kDropIn) {}
 
 Arena Arena::OfRealAlone(const std::string& config) {
   return Arena(RealEmbree(), config, Library::kReal);
 }
 
-const EmbreeDevice& Arena::Real(const std::string& config) {
-  auto& device = real_[config];
-  if (!device) device = std::make_unique<EmbreeDevice>(RealEmbree(), config);
+const EmbreeDevice& Arena::Real(const World& world) {
+  return Device(RealEmbree(), world.real_config);
+}
+
+const EmbreeDevice& Arena::DropIn(const World& world) {
+  return Device(drop_in_, config_.empty() ? world.drop_in_config : config_);
+}
+
+const EmbreeDevice& Arena::Device(const EmbreeApi& api, const std::string& config) {
+  auto& device = devices_[{&api, config}];
+  if (!device) device = std::make_unique<EmbreeDevice>(api, config);
   return *device;
 }
 
@@ -132,9 +136,9 @@ struct Duel::Trial {
 Duel::Duel(Arena& arena, const World& world)
     : judged_(arena.Judged()), progress_(arena.progress()), scenes_(world.scenes) {
   progress_.in_real_library = true;
-  real_ = std::make_unique<PlayedWorld>(arena.Real(world.real_config), world.scenes);
+  real_ = std::make_unique<PlayedWorld>(arena.Real(world), world.scenes);
   progress_.in_real_library = false;
-  drop_in_ = std::make_unique<PlayedWorld>(arena.DropIn(), world.scenes);
+  drop_in_ = std::make_unique<PlayedWorld>(arena.DropIn(world), world.scenes);
   Describe();
 }
 
@@ -228,7 +232,7 @@ void Duel::CheckCall(const Batch& batch, const CallContext& call, Library librar
   if (!call.fault.empty()) {
     findings.push_back({std::string(Name(library)) + ": " + call.fault, "", 0});
   }
-  // The real library itself calls with N = 1 in coherent streams.
+  // The real library itself calls with N = 1 in coherent streams and in streams of one ray.
   if (library == Library::kDropIn && IsStream(batch.form) && call.fewest_lanes == 1) {
     findings.push_back(
         {std::string(Name(library)) + " calls a filter function with N = 1 from a stream call", "",

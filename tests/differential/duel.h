@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "isolation.h"
@@ -19,15 +20,16 @@ namespace dacrt::tests {
 /// to it (see Library). Devices are kept.
 class Arena {
  public:
-  /// The real library and the drop-in. A world says how the real library is configured.
-  explicit Arena(const std::string& drop_in_config = "");
+  /// The real library and the drop-in. A world says how they are configured, but for the drop-in
+  /// `config` goes first if it is not empty.
+  explicit Arena(const std::string& config = "");
 
   /// The real library twice: as a world says, and with `config` in place of the drop-in. Shows
   /// whether the rules hold.
   static Arena OfRealAlone(const std::string& config);
 
-  const EmbreeDevice& Real(const std::string& config);
-  const EmbreeDevice& DropIn() { return *drop_in_; }
+  const EmbreeDevice& Real(const World& world);
+  const EmbreeDevice& DropIn(const World& world);
   Library Judged() const { return judged_; }
 
   /// `progress` says from now on which library is at work. It must outlive the arena.
@@ -35,11 +37,15 @@ class Arena {
   Progress& progress() { return *progress_; }
 
  private:
-  Arena(const EmbreeApi& drop_in, const std::string& config, Library judged);
+  Arena(const EmbreeApi& drop_in, const std::string& config, Library judged)
+      : drop_in_(drop_in), config_(config), judged_(judged) {}
 
-  std::map<std::string, std::unique_ptr<EmbreeDevice>> real_;
-  std::unique_ptr<EmbreeDevice> drop_in_;
-  Library judged_;  ///< what the second library is judged as
+  const EmbreeDevice& Device(const EmbreeApi& api, const std::string& config);
+
+  const EmbreeApi& drop_in_;
+  const std::string config_;
+  const Library judged_;  ///< what the second library is judged as
+  std::map<std::pair<const EmbreeApi*, std::string>, std::unique_ptr<EmbreeDevice>> devices_;
   std::unique_ptr<Progress> own_progress_ = std::make_unique<Progress>();
   Progress* progress_ = own_progress_.get();
 };

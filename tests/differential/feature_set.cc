@@ -19,7 +19,8 @@ const char* Name(Feature feature) {
   constexpr const char* kNames[kFeatureCount] = {
       "triangles", "quads",     "grids",  "spheres",     "discs",   "oriented_discs",
       "user",      "instances", "motion", "quaternions", "filters", "context_filters",
-      "masks",     "layouts",   "robust", "flags",       "changes"};
+      "masks",     "layouts",   "robust", "flags",       "changes", "configs",
+      "hostile"};
   return kNames[static_cast<unsigned>(feature)];
 }
 

@@ -25,8 +25,10 @@ enum class Feature : unsigned {
   kRobust,
   kFlags,    ///< compact and dynamic scenes, build qualities
   kChanges,  ///< commits after changes
+  kConfigs,  ///< instruction sets, threads, budgets and methods of the drop-in
+  kHostile,  ///< vertices that are no numbers, infinite or huge; negative radii
 };
-inline constexpr unsigned kFeatureCount = 17;
+inline constexpr unsigned kFeatureCount = 19;
 
 using Features = std::bitset<kFeatureCount>;
 

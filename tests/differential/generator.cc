@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 
 #include "random.h"
@@ -34,6 +35,13 @@ class Generator {
     for (uint32_t i = 0; i <= inner; ++i) world.scenes.push_back(MakeScene(i, i == inner));
     AddStages(world, rays);
     world.real_config = RealConfig(world);
+    if (Chance(Feature::kConfigs, 0.7f)) {
+      world.drop_in_config =
+          Pick(random_,
+               {"isa=sse2", "isa=sse4.2", "isa=avx2", "threads=2", "dacrt_budget=0",
+                "dacrt_budget=unlimited", "threads=2,isa=avx2,dacrt_budget=0",
+                "dacrt_piece_rays=100", "dacrt_algorithm=afra2012", "dacrt_algorithm=mora2011"});
+    }
     return world;
   }
 
@@ -108,13 +116,18 @@ class Generator {
     // Of points, which have four floats, the real library loads aligned ones only.
     if (Chance(Feature::kLayouts, 0.5f)) MakeLayout(geometry.layout, HasPoints(shape) ? 16 : 4);
     MakePrimitives(geometry);
+    if (Chance(Feature::kHostile, 0.1f) && shape != Shape::kGrids) MakeHostile(geometry);
     Move(geometry, steps);
+    if (shape == Shape::kUser && place > 0 && random_.Chance(0.3f)) {
+      geometry.traces_again = true;
+      geometry.instanced_scene = random_.Below(place);
+    }
     return geometry;
   }
 
   FilterKind RandomFilter() {
     return Pick(random_, {FilterKind::kAccept, FilterKind::kRejectSome, FilterKind::kRejectSome,
-                          FilterKind::kRejectAll});
+                          FilterKind::kRejectAll, FilterKind::kChange});
   }
 
   void MakeLayout(ArrayLayout& layout, uint32_t unit) {
@@ -169,6 +182,29 @@ class Generator {
     if (random_.Chance(0.1f)) {
       for (auto& p : geometry.primitives) {
         if (random_.Chance(0.1f)) p[random_.Below(corners)] = UINT32_MAX - random_.Below(2);
+      }
+    }
+  }
+
+  /// Vertices that make a library leave out their primitives.
+  void MakeHostile(WorldGeometry& geometry) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    for (Vertex& vertex : geometry.vertices[0]) {
+      if (!random_.Chance(0.1f)) continue;
+      const float value = Pick(random_, {kInfinity, -kInfinity, kNan, 3e18f, -1e30f});
+      switch (random_.Below(4)) {
+        case 0:
+          vertex.x = value;
+          break;
+        case 1:
+          vertex.y = value;
+          break;
+        case 2:
+          vertex.z = value;
+          break;
+        default:
+          vertex.radius = HasPoints(geometry.shape) ? -vertex.radius : vertex.radius;
       }
     }
   }
@@ -368,9 +404,12 @@ class Generator {
       change.kind = static_cast<Change::Kind>(random_.Below(kChangeKindCount));
       change.shift = RandomVector(extent_ / 2);
       change.mask = random_.Bits() | 1;
+      change.closest_filter = random_.Chance(0.5f) ? RandomFilter() : FilterKind::kNone;
+      change.any_filter = random_.Chance(0.5f) ? RandomFilter() : FilterKind::kNone;
       if (change.kind == Change::Kind::kDetach && !geometry.attached) continue;
       if (change.kind == Change::Kind::kAttach && geometry.attached) continue;
       if (change.kind == Change::Kind::kMask && !Has(features_, Feature::kMasks)) continue;
+      if (change.kind == Change::Kind::kFilters && !Has(features_, Feature::kFilters)) continue;
       Apply(change, scenes);
       stage.changes.push_back(change);
     }

@@ -49,19 +49,8 @@ RTCGeometryType TypeOf(Shape shape) {
   return kTypes[static_cast<uint32_t>(shape)];
 }
 
-/// The bytes of all arrays of a scene's geometries, with room for each one's offset and tail.
-std::size_t LargestCommonSize(const WorldScene& scene) {
-  std::size_t size = kTail;
-  for (const WorldGeometry& geometry : scene.geometries) {
-    const std::size_t arrays = geometry.vertices.size() + geometry.normals.size() + 1;
-    std::size_t items = geometry.primitives.size();
-    for (const auto& step : geometry.vertices) items += step.size();
-    for (const auto& step : geometry.normals) items += step.size();
-    size +=
-        items * (16 + geometry.layout.gap) + arrays * (geometry.layout.offset + kTail + kAlignment);
-  }
-  return size;
-}
+/// Of a buffer that geometries of a scene share; when it is full they get another.
+constexpr std::size_t kCommonSize = 1 << 16;
 
 }  // namespace
 
@@ -103,7 +92,9 @@ void PlayedWorld::MakeScene(std::size_t i) {
 }
 
 void PlayedWorld::MakeGeometry(Scene& scene, const WorldGeometry& description, Geometry& geometry) {
-  geometry.data = {&api(), &description};
+  geometry.data = {
+      &api(), &description,
+      description.traces_again ? scenes_[description.instanced_scene].handle : nullptr};
   const RTCGeometry handle = api().rtcNewGeometry(device_.handle(), TypeOf(description.shape));
   geometry.handle = handle;
   device_.CheckErrors();
@@ -117,12 +108,7 @@ void PlayedWorld::MakeGeometry(Scene& scene, const WorldGeometry& description, G
     SetInstance(description, geometry);
   } else {
     api().rtcSetGeometryBuildQuality(handle, description.quality);
-    if (description.closest_filter != FilterKind::kNone) {
-      api().rtcSetGeometryIntersectFilterFunction(handle, FilterClosest);
-    }
-    if (description.any_filter != FilterKind::kNone) {
-      api().rtcSetGeometryOccludedFilterFunction(handle, FilterAny);
-    }
+    SetFilters(description, handle);
     if (description.shape == Shape::kUser) {
       api().rtcSetGeometryUserPrimitiveCount(handle, description.PrimitiveCount());
       api().rtcSetGeometryBoundsFunction(handle, BoundUserPrimitive, nullptr);
@@ -138,12 +124,17 @@ void PlayedWorld::MakeGeometry(Scene& scene, const WorldGeometry& description, G
   device_.CheckErrors();
 }
 
+void PlayedWorld::SetFilters(const WorldGeometry& description, RTCGeometry geometry) {
+  const auto function = [](FilterKind kind, RTCFilterFunctionN filter) {
+    return kind == FilterKind::kNone ? nullptr : filter;
+  };
+  api().rtcSetGeometryIntersectFilterFunction(geometry,
+                                              function(description.closest_filter, FilterClosest));
+  api().rtcSetGeometryOccludedFilterFunction(geometry, function(description.any_filter, FilterAny));
+}
+
 void PlayedWorld::SetArrays(Scene& scene, const WorldGeometry& description, Geometry& geometry) {
-  if (description.layout.memory == Memory::kSceneBuffer && !scene.common_buffer) {
-    const auto i = static_cast<std::size_t>(&scene - scenes_.data());
-    scene.common_buffer = api().rtcNewBuffer(device_.handle(), LargestCommonSize(descriptions_[i]));
-    buffers_.push_back(scene.common_buffer);
-  }
+  geometry.vertices.clear();
   const std::size_t vertex_size = VertexSize(description.shape);
   const RTCFormat vertex_format = vertex_size == 12 ? RTC_FORMAT_FLOAT3 : RTC_FORMAT_FLOAT4;
   for (uint32_t step = 0; step < description.StepCount(); ++step) {
@@ -203,6 +194,12 @@ PlayedWorld::Array PlayedWorld::SetArray(Scene& scene, const ArrayLayout& layout
       break;
     }
     case Memory::kSceneBuffer: {
+      if (scene.common_size + size > scene.common_capacity) {
+        scene.common_capacity = std::max(kCommonSize, size);
+        scene.common_size = 0;
+        scene.common_buffer = api().rtcNewBuffer(device_.handle(), scene.common_capacity);
+        buffers_.push_back(scene.common_buffer);
+      }
       const std::size_t offset = scene.common_size + layout.offset;
       array.first = static_cast<std::byte*>(api().rtcGetBufferData(scene.common_buffer)) + offset;
       api().rtcSetGeometryBuffer(geometry, type, slot, format, scene.common_buffer, offset, stride,
@@ -260,7 +257,7 @@ void PlayedWorld::WriteVertices(const WorldGeometry& description, Geometry& geom
 
 void PlayedWorld::Play(const Change& change) {
   Apply(change, descriptions_);
-  const Scene& scene = scenes_[change.scene];
+  Scene& scene = scenes_[change.scene];
   const WorldGeometry& description = descriptions_[change.scene].geometries[change.geometry];
   Geometry& geometry = scenes_[change.scene].geometries[change.geometry];
   switch (change.kind) {
@@ -280,6 +277,16 @@ void PlayedWorld::Play(const Change& change) {
         SetPlacements(description, geometry.handle);
       } else {
         WriteVertices(description, geometry);
+      }
+      return api().rtcCommitGeometry(geometry.handle);
+    case Change::Kind::kFilters:
+      if (description.shape != Shape::kInstance) SetFilters(description, geometry.handle);
+      return api().rtcCommitGeometry(geometry.handle);
+    case Change::Kind::kPrimitives:
+      if (description.shape == Shape::kUser) {
+        api().rtcSetGeometryUserPrimitiveCount(geometry.handle, description.PrimitiveCount());
+      } else if (description.shape != Shape::kInstance) {
+        SetArrays(scene, description, geometry);
       }
       return api().rtcCommitGeometry(geometry.handle);
   }

@@ -45,13 +45,14 @@ class PlayedWorld {
     RTCScene handle = nullptr;
     std::vector<Geometry> geometries;
     RTCBuffer common_buffer = nullptr;
-    std::size_t common_size = 0;  ///< bytes given out
+    std::size_t common_capacity = 0, common_size = 0;  ///< bytes there are, and bytes given out
   };
 
   const EmbreeApi& api() const { return device_.api(); }
   void MakeScene(std::size_t scene);
   void MakeGeometry(Scene& scene, const WorldGeometry& description, Geometry& geometry);
   void SetArrays(Scene& scene, const WorldGeometry& description, Geometry& geometry);
+  void SetFilters(const WorldGeometry& description, RTCGeometry geometry);
   void SetInstance(const WorldGeometry& description, const Geometry& geometry);
   void SetPlacements(const WorldGeometry& description, RTCGeometry geometry);
   Array SetArray(Scene& scene, const ArrayLayout& layout, RTCGeometry geometry, RTCBufferType type,

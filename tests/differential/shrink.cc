@@ -56,7 +56,8 @@ bool IsShown(const World& world, uint32_t scene) {
   if (scene + 1 == world.scenes.size()) return true;
   for (const WorldScene& other : world.scenes) {
     for (const WorldGeometry& geometry : other.geometries) {
-      if (geometry.shape == Shape::kInstance && geometry.instanced_scene == scene) return true;
+      const bool shows = geometry.shape == Shape::kInstance || geometry.traces_again;
+      if (shows && geometry.instanced_scene == scene) return true;
     }
   }
   return false;
@@ -238,6 +239,7 @@ class Shrinker {
       reset(&WorldGeometry::quality);
       reset(&WorldGeometry::closest_filter);
       reset(&WorldGeometry::any_filter);
+      reset(&WorldGeometry::traces_again);
       reset(&WorldGeometry::time_begin);
       reset(&WorldGeometry::time_end);
       reset(&WorldGeometry::transform_format);
@@ -257,6 +259,8 @@ class Shrinker {
           [&](World & world) -> auto& { return world.scenes[i].quality; },
           RTC_BUILD_QUALITY_MEDIUM);
     }
+    Reset(
+        [](World & world) -> auto& { return world.drop_in_config; }, std::string());
     Reset(
         [](World & world) -> auto& { return BatchOf(world).context_filter; }, FilterKind::kNone);
     Reset(

@@ -22,7 +22,7 @@ bool HasFacets(Shape shape) {
 }
 
 const char* Name(FilterKind kind) {
-  constexpr const char* kNames[] = {"none", "accept", "reject_some", "reject_all"};
+  constexpr const char* kNames[] = {"none", "accept", "reject_some", "reject_all", "change"};
   return kNames[static_cast<uint32_t>(kind)];
 }
 
@@ -53,6 +53,18 @@ void Apply(const Change& change, std::vector<WorldScene>& scenes) {
     case Change::Kind::kMask:
       geometry.mask = change.mask;
       return;
+    case Change::Kind::kFilters:
+      geometry.closest_filter = change.closest_filter;
+      geometry.any_filter = change.any_filter;
+      return;
+    case Change::Kind::kPrimitives: {
+      const uint32_t left = (geometry.PrimitiveCount() + 1) / 2;
+      if (HasFacets(geometry.shape)) geometry.primitives.resize(left);
+      if (!HasPoints(geometry.shape)) return;
+      for (auto& step : geometry.vertices) step.resize(left);
+      for (auto& step : geometry.normals) step.resize(left);
+      return;
+    }
     case Change::Kind::kShift:
       for (auto& step : geometry.vertices) {
         for (Vertex& vertex : step) {

@@ -33,7 +33,9 @@ bool HasFacets(Shape shape);  ///< indexed vertices
 
 /// What a filter function does with a hit. `kRejectSome` decides by the ray's id and the
 /// primitive's name (see Rejects), so that the answer does not depend on the order of the hits.
-enum class FilterKind : uint32_t { kNone, kAccept, kRejectSome, kRejectAll };
+/// `kChange` accepts it with other values for u and v.
+enum class FilterKind : uint32_t { kNone, kAccept, kRejectSome, kRejectAll, kChange };
+inline constexpr float kChangedU = 0.375f, kChangedV = 2.5f;
 
 const char* Name(FilterKind kind);
 
@@ -77,6 +79,7 @@ struct WorldGeometry {
   std::vector<std::vector<Float3>> normals;         ///< of each time step: oriented discs
   std::vector<std::array<uint32_t, 4>> primitives;  ///< indices; grids: first vertex, vertices
                                                     ///< from row to row, width, height
+  bool traces_again = false;                        ///< user functions trace in instanced_scene
   uint32_t instanced_scene = 0;                     ///< in World::scenes
   bool in_parts = false;                            ///< placements are given as parts
   RTCFormat transform_format = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
@@ -103,13 +106,16 @@ struct Change {
     kAttach,
     kShift,  ///< moves the vertices, or the instance
     kMask,
+    kFilters,     ///< other filter functions
+    kPrimitives,  ///< the first half of the primitives is left, in other memory
   };
   Kind kind = Kind::kEnable;
   uint32_t scene = 0, geometry = 0;  ///< places, not ids
   Float3 shift;
   uint32_t mask = 0;
+  FilterKind closest_filter = FilterKind::kNone, any_filter = FilterKind::kNone;
 };
-inline constexpr uint32_t kChangeKindCount = 6;
+inline constexpr uint32_t kChangeKindCount = 8;
 
 struct Batch {
   Form form{Form::Call::kRecords};
@@ -128,6 +134,7 @@ struct Stage {
 
 struct World {
   std::string real_config;         ///< of the real library's device
+  std::string drop_in_config;      ///< of the drop-in's, if the run does not say otherwise
   std::vector<WorldScene> scenes;  ///< the last one is traced, the others are for its instances
   std::vector<Stage> stages;
 

@@ -133,6 +133,30 @@ class Judge {
             Rejects(batch_.context_filter, before_.ray.id, HitNamed(part.name)));
   }
 
+  bool IsChangedByGeometry(const Part& part) const {
+    return FilterOf(*part.geometry) == FilterKind::kChange;
+  }
+
+  /// What a hit that was accepted says.
+  ShapeAnswer Accepted(const PossibleHit& hit) const {
+    const bool by_context = ContextFilterRuns() && batch_.context_filter == FilterKind::kChange;
+    return by_context ? Changed(hit.answer) : ShownToContext(hit);
+  }
+
+  ShapeAnswer ShownToContext(const PossibleHit& hit) const {
+    return IsChangedByGeometry(*hit.part) ? Changed(hit.answer) : hit.answer;
+  }
+
+  static ShapeAnswer Changed(ShapeAnswer answer) {
+    answer.u = Exactly(kChangedU);
+    answer.v = Exactly(kChangedV);
+    return answer;
+  }
+
+  bool Fits(const Offer& offer, const PossibleHit& hit) const {
+    return ValuesFit(offer.hit, offer.t, offer.by_context ? ShownToContext(hit) : hit.answer);
+  }
+
   /// The name in a record; forms without instID leave it as it was.
   std::vector<PossibleHit> HitsNamed(const RTCHit& hit) const {
     std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(hit));
@@ -152,7 +176,7 @@ class Judge {
     std::erase_if(hits, [&](const PossibleHit& hit) { return IsRejected(*hit.part); });
     if (hits.empty()) return {"has a hit that a filter function rejects"};
     const auto fits = std::find_if(hits.begin(), hits.end(), [&](const PossibleHit& hit) {
-      return ValuesFit(Complete(before_, answer.record.hit, hit), t, hit.answer);
+      return ValuesFit(Complete(before_, answer.record.hit, hit), t, Accepted(hit));
     });
     if (fits == hits.end()) return {"has values beyond rounding"};
     Judgement judgement = WithoutNearer(t, t, library);
@@ -223,9 +247,8 @@ class Judge {
   std::string FaultOf(const Offer& offer, Library library, std::span<const Offer> offers) const {
     const std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(offer.hit));
     const std::string what = Text(NameOf(offer.hit)) + " at " + std::to_string(offer.t);
-    const bool fits = std::any_of(hits.begin(), hits.end(), [&](const PossibleHit& hit) {
-      return ValuesFit(offer.hit, offer.t, hit.answer);
-    });
+    const bool fits = std::any_of(hits.begin(), hits.end(),
+                                  [&](const PossibleHit& hit) { return Fits(offer, hit); });
     if (!fits) return "shows a filter function a hit that is none: " + what;
     if (offer.by_context && RejectedByGeometry(*hits.front().part)) {
       return "shows the context a hit that the geometry's filter function rejects: " + what;
@@ -256,7 +279,7 @@ class Judge {
         if (!expected || IsOfferOptional(part, library)) continue;
         const bool shown = std::any_of(offers.begin(), offers.end(), [&](const Offer& offer) {
           return offer.by_context == by_context && NameOf(offer.hit) == part.name &&
-                 ValuesFit(offer.hit, offer.t, hit.answer);
+                 Fits(offer, hit);
         });
         if (shown || MayLose(hit, end, library)) continue;
         return std::string("does not show the ") + (by_context ? "context's" : "geometry's") +

@@ -155,7 +155,8 @@ void Visit(Archive& archive, WorldGeometry& g) {
   VisitItems(archive, "vertices", g.vertices);
   VisitItems(archive, "normals", g.normals);
   VisitItems(archive, "primitives", g.primitives);
-  VisitField(archive, "instance", g.instanced_scene, g.in_parts, g.transform_format);
+  VisitField(archive, "instance", g.instanced_scene, g.in_parts, g.transform_format,
+             g.traces_again);
   VisitItems(archive, "placements", g.placements);
 }
 
@@ -168,7 +169,7 @@ void Visit(Archive& archive, WorldScene& scene) {
 template <typename Archive>
 void Visit(Archive& archive, Change& change) {
   VisitField(archive, "change", change.kind, change.scene, change.geometry, change.shift,
-             change.mask);
+             change.mask, change.closest_filter, change.any_filter);
 }
 
 template <typename Archive>
@@ -188,7 +189,7 @@ void Visit(Archive& archive, Stage& stage) {
 
 template <typename Archive>
 void Visit(Archive& archive, World& world) {
-  VisitField(archive, "world", world.real_config);
+  VisitField(archive, "world", world.real_config, world.drop_in_config);
   VisitItems(archive, "scenes", world.scenes);
   VisitItems(archive, "stages", world.stages);
 }
