@@ -14,8 +14,8 @@
 namespace dacrt::compat {
 
 /// Changes mark a geometry modified until the program commits it, except where Embree does not ask
-/// for a commit either: user data, enabling, callbacks, transforms, setting a buffer, and counts
-/// that stay as they are.
+/// for a commit either: user data, enabling, callbacks, transforms, buffers with as many primitives
+/// as before, and counts that stay as they are.
 ///
 /// Threads: like the API, one at a time for one geometry; reading is safe from any number.
 class Geometry : public std::enable_shared_from_this<Geometry> {
@@ -50,7 +50,14 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void set_user_data(void* data) { user_data_ = data; }
 
   const GeometryBuffers& buffers() const { return buffers_; }
-  GeometryBuffers& buffers() { return buffers_; }
+
+  /// `change(GeometryBuffers&)` sets a buffer.
+  template <class Change>
+  void ChangeBuffers(const Change& change) {
+    const std::size_t primitives_before = buffers_.PrimitiveCount();
+    change(buffers_);
+    if (buffers_.PrimitiveCount() != primitives_before) is_modified_ = true;
+  }
 
   /// Says that the program has changed the contents of a buffer.
   void UpdateBuffer(RTCBufferType type, unsigned int slot);

@@ -227,6 +227,11 @@ void GeometryBuffers::Check(RTCBufferType type, unsigned int slot, RTCFormat for
   }
 }
 
+std::size_t GeometryBuffers::PrimitiveCount() const {
+  if (!IsPoint(geometry_type_)) return primitives_.count;
+  return vertices_.empty() ? 0 : vertices_[0].count;
+}
+
 void GeometryBuffers::SetTimeStepCount(unsigned int count) {
   vertices_.resize(count);
   normals_.resize(count);

@@ -31,6 +31,9 @@ class GeometryBuffers {
   /// if the geometry has none such, RTC_ERROR_INVALID_OPERATION if it has no buffers at all.
   const BufferView& View(RTCBufferType type, unsigned int slot) const;
 
+  /// By the buffer that makes primitives: indices, grids, or the vertices of points.
+  std::size_t PrimitiveCount() const;
+
   /// Vertices and normals for each time step.
   void SetTimeStepCount(unsigned int count);
   void SetVertexAttributeCount(unsigned int count);

@@ -67,8 +67,9 @@ RTC_API void rtcSetGeometryBuffer(RTCGeometry hgeometry, RTCBufferType type, uns
     if (&buffer->device() != geometry.device().get()) {
       throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "geometry and buffer are from different devices");
     }
-    geometry.buffers().Set(type, slot, format,
-                           {std::move(buffer), byteOffset, byteStride, itemCount});
+    geometry.ChangeBuffers([&](GeometryBuffers& buffers) {
+      buffers.Set(type, slot, format, {std::move(buffer), byteOffset, byteStride, itemCount});
+    });
   });
 }
 
@@ -76,13 +77,15 @@ RTC_API void rtcSetSharedGeometryBuffer(RTCGeometry hgeometry, RTCBufferType typ
                                         unsigned int slot, RTCFormat format, const void* ptr,
                                         size_t byteOffset, size_t byteStride, size_t itemCount) {
   OnObject(__func__, hgeometry, "geometry", [&](Geometry& geometry) {
-    if (!ptr && byteOffset == 0) {  // Embree allocates then.
-      geometry.buffers().SetNew(type, slot, format, byteStride, itemCount);
-      return;
-    }
-    CheckPointer(ptr, "ptr");
-    void* const data = const_cast<char*>(static_cast<const char*>(ptr)) + byteOffset;
-    geometry.buffers().SetShared(type, slot, format, data, byteStride, itemCount);
+    geometry.ChangeBuffers([&](GeometryBuffers& buffers) {
+      if (!ptr && byteOffset == 0) {  // Embree allocates then.
+        buffers.SetNew(type, slot, format, byteStride, itemCount);
+        return;
+      }
+      CheckPointer(ptr, "ptr");
+      void* const data = const_cast<char*>(static_cast<const char*>(ptr)) + byteOffset;
+      buffers.SetShared(type, slot, format, data, byteStride, itemCount);
+    });
   });
 }
 
@@ -90,7 +93,9 @@ RTC_API void* rtcSetNewGeometryBuffer(RTCGeometry hgeometry, RTCBufferType type,
                                       RTCFormat format, size_t byteStride, size_t itemCount) {
   void* data = nullptr;
   OnObject(__func__, hgeometry, "geometry", [&](Geometry& geometry) {
-    data = geometry.buffers().SetNew(type, slot, format, byteStride, itemCount);
+    geometry.ChangeBuffers([&](GeometryBuffers& buffers) {
+      data = buffers.SetNew(type, slot, format, byteStride, itemCount);
+    });
   });
   return data;
 }

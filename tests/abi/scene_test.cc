@@ -130,25 +130,6 @@ TEST_P(Scene, EmptyBoundsAreInsideOut) {
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
 }
 
-TEST_P(Scene, GeometryWithoutBuffersIsEmpty) {
-  Session s(GetParam()());
-  const unsigned int indices[3] = {0, 1, 2};
-  const float vertices[12] = {};
-  const RTCGeometry no_buffers = s.NewGeometry();
-  const RTCGeometry no_vertices = s.NewGeometry();
-  s.api.rtcSetSharedGeometryBuffer(no_vertices, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, indices,
-                                   0, 12, 1);
-  const RTCGeometry no_indices = s.NewGeometry();
-  s.api.rtcSetSharedGeometryBuffer(no_indices, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   vertices, 0, 12, 3);
-  for (const RTCGeometry geometry : {no_buffers, no_vertices, no_indices}) {
-    s.api.rtcCommitGeometry(geometry);
-    const RTCScene scene = s.SceneOf(geometry);
-    EXPECT_EQ(s.HitGeometry(scene), kMiss);
-  }
-  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
-}
-
 TEST_P(Scene, IndicesOutsideTheVerticesAreLeftOut) {
   Session s(GetParam()());
   const RTCGeometry geometry = s.UncommittedTriangle();

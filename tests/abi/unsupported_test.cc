@@ -145,32 +145,5 @@ TEST(Unsupported, FunctionsTakeNullWithoutHarm) {
   }
 }
 
-// The real library's codes for a triangle mesh are those that the drop-in gives for any geometry.
-TEST(Unsupported, CodesForATriangleMeshAreTheRealLibrarys) {
-  for (const Api* const api : {&RealEmbree(), &DropIn()}) {
-    Session s(*api);
-    const RTCGeometry g = s.Triangle();
-    float transform[16] = {};
-    const std::function<void()> calls[] = {
-        [&] { api->rtcSetGeometryUserPrimitiveCount(g, 1); },
-        [&] { api->rtcSetGeometryIntersectFunction(g, nullptr); },
-        [&] { api->rtcSetGeometryInstancedScene(g, s.NewScene()); },
-        [&] { api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, transform); },
-        [&] { api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3, transform); },
-        [&] { api->rtcSetGeometryTessellationRate(g, 1); },
-        [&] { api->rtcSetGeometryTopologyCount(g, 1); },
-        [&] { api->rtcGetGeometryFirstHalfEdge(g, 0); },
-    };
-    for (const auto& call : calls) {
-      call();
-      EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_OPERATION) << api->name;
-    }
-    api->rtcSetGeometryInstancedScene(g, nullptr);
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_ARGUMENT) << api->name;
-    api->rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, nullptr);
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_INVALID_ARGUMENT) << api->name;
-  }
-}
-
 }  // namespace
 }  // namespace dacrt::tests
