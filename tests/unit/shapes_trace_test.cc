@@ -498,44 +498,6 @@ TEST(ShapesTest, TheSameBitsWhateverIsKept) {
   }
 }
 
-TEST(ShapesTest, RobustScenesAreWatertight) {
-  // A sphere of 200 x 200 facets, seen from inside.
-  constexpr uint32_t kSteps = 200;
-  Model model;
-  model.steps.resize(1);
-  for (uint32_t i = 0; i <= kSteps; ++i) {
-    for (uint32_t j = 0; j < kSteps; ++j) {
-      const float theta = static_cast<float>(M_PI) * static_cast<float>(i) / kSteps;
-      const float phi = 2 * static_cast<float>(M_PI) * static_cast<float>(j) / kSteps;
-      const float sine = i == 0 || i == kSteps ? 0 : std::sin(theta);
-      for (const float value : {sine * std::cos(phi), sine * std::sin(phi), std::cos(theta)}) {
-        model.steps[0].push_back(value + 0.3f);
-      }
-      if (i == kSteps) continue;
-      const uint32_t a = i * kSteps + j, b = i * kSteps + (j + 1) % kSteps;
-      for (const uint32_t index : {a, b, a + kSteps, b, b + kSteps, a + kSteps}) {
-        model.indices.push_back(index);
-      }
-    }
-  }
-  Random random(10);
-  std::vector<TimedRay> rays(200000);
-  for (TimedRay& ray : rays) {
-    // Through points of edges.
-    const uint32_t edge = 3 * random.Below(static_cast<uint32_t>(model.indices.size() / 3));
-    const float* a = &model.steps[0][3 * model.indices[edge]];
-    const float* b = &model.steps[0][3 * model.indices[edge + 1]];
-    const float t = random.Uniform(0, 1);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      ray.org[axis] = 0.3f + random.Uniform(-0.2f, 0.2f);
-      ray.dir[axis] = a[axis] + t * (b[axis] - a[axis]) - ray.org[axis];
-    }
-  }
-  const auto hits = Trace(*MakeScene({TriangleView(model, 0)}, kDefaultBudget, true), rays);
-  // The promise is Embree's: at most 0.00002 of the rays.
-  EXPECT_GE(CountHits(hits) + 4, rays.size());
-}
-
 TEST(ShapesTest, BadInputIsRefused) {
   Random random(11);
   const Model model = MakeTriangles(random, 3);
