@@ -1,5 +1,5 @@
-// What is exported, because programs are linked against it, and not supported yet. Handles are
-// checked as in Embree; then each function reports RTC_ERROR_INVALID_OPERATION.
+// What is exported, because programs are linked against it, and not supported. Handles are checked
+// as in Embree; then each function reports RTC_ERROR_INVALID_OPERATION.
 #include <embree3/rtcore.h>
 
 #include "boundary.h"
@@ -14,22 +14,27 @@ extern "C" __attribute__((visibility("default"))) void rtcMakeStaticBVH(RTCBVH h
 
 namespace {
 
-[[noreturn]] void Refuse() {
-  throw ApiError(RTC_ERROR_INVALID_OPERATION, "dacrt does not support this function yet");
+constexpr const char* kCurveWidths = "minimal widths of curves and points";
+constexpr const char* kSubdivision = "subdivision surfaces";
+constexpr const char* kCollisions = "collisions";
+constexpr const char* kBuilder = "the building of a BVH";
+
+[[noreturn]] void Refuse(const char* feature) {
+  throw ApiError(RTC_ERROR_INVALID_OPERATION, "dacrt does not support ", feature);
 }
 
-/// Reports that `function` is not supported, to the device of `handle`, its argument `name`.
+/// Reports that `feature` is not supported, to the device of `handle`, its argument `name`.
 template <class Handle>
-void RefuseOn(const char* function, Handle handle, const char* name) {
-  OnObject(function, handle, name, [](auto&) { Refuse(); });
+void RefuseOn(const char* function, Handle handle, const char* name, const char* feature) {
+  OnObject(function, handle, name, [&](auto&) { Refuse(feature); });
 }
 
-/// The same for a function that has no handle but `pointer`, its argument `name`. There is no
-/// device then that the error could go to.
+/// The same for a function of the builder that has no handle but `pointer`, its argument `name`.
+/// There is no device then that the error could go to.
 void RefusePointer(const char* function, const void* pointer, const char* name) {
   Guarded(function, nullptr, [&] {
     CheckPointer(pointer, name);
-    Refuse();
+    Refuse(kBuilder);
   });
 }
 
@@ -42,67 +47,67 @@ constexpr unsigned int kNoHalfEdge = static_cast<unsigned int>(-1);
 
 RTC_API void rtcSetGeometryMaxRadiusScale(RTCGeometry hgeometry, float) {
   // Embree refuses it too, as Debian builds it.
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kCurveWidths);
 }
 
 RTC_API void rtcSetGeometryTessellationRate(RTCGeometry hgeometry, float) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
 }
 
 RTC_API void rtcSetGeometryTopologyCount(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
 }
 
 RTC_API void rtcSetGeometrySubdivisionMode(RTCGeometry hgeometry, unsigned int,
                                            RTCSubdivisionMode) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
 }
 
 RTC_API void rtcSetGeometryVertexAttributeTopology(RTCGeometry hgeometry, unsigned int,
                                                    unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
 }
 
 RTC_API void rtcSetGeometryDisplacementFunction(RTCGeometry hgeometry, RTCDisplacementFunctionN) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
 }
 
 RTC_API unsigned int rtcGetGeometryFirstHalfEdge(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
   return kNoHalfEdge;
 }
 
 RTC_API unsigned int rtcGetGeometryFace(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
   return kNoHalfEdge;
 }
 
 RTC_API unsigned int rtcGetGeometryNextHalfEdge(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
   return kNoHalfEdge;
 }
 
 RTC_API unsigned int rtcGetGeometryPreviousHalfEdge(RTCGeometry hgeometry, unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
   return kNoHalfEdge;
 }
 
 RTC_API unsigned int rtcGetGeometryOppositeHalfEdge(RTCGeometry hgeometry, unsigned int,
                                                     unsigned int) {
-  RefuseOn(__func__, hgeometry, "geometry");
+  RefuseOn(__func__, hgeometry, "geometry", kSubdivision);
   return kNoHalfEdge;
 }
 
 // rtcore_scene.h: collisions
 
 RTC_API void rtcCollide(RTCScene hscene0, RTCScene, RTCCollideFunc, void*) {
-  RefuseOn(__func__, hscene0, "scene0");
+  RefuseOn(__func__, hscene0, "scene0", kCollisions);
 }
 
 // rtcore_builder.h. As there is never a BVH, no handle of one is alive.
 
 RTC_API RTCBVH rtcNewBVH(RTCDevice hdevice) {
-  RefuseOn(__func__, hdevice, "device");
+  RefuseOn(__func__, hdevice, "device", kBuilder);
   return nullptr;
 }
 

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include "elf_file.h"
 
@@ -17,6 +19,14 @@ TEST(Exports, AreTheListedOnes) {
   const std::set<std::string> listed{std::istream_iterator<std::string>(file), {}};
   EXPECT_EQ(listed.size(), 101u);
   EXPECT_EQ(ReadElfFile(DACRT_DROP_IN).exports, listed);
+}
+
+TEST(Exports, AreNamedInTheReadme) {
+  std::ifstream file(DACRT_README);
+  const std::string readme{std::istreambuf_iterator<char>(file), {}};
+  for (const std::string& name : ReadElfFile(DACRT_DROP_IN).exports) {
+    EXPECT_NE(readme.find("`" + name + "`"), std::string::npos) << name;
+  }
 }
 
 TEST(Exports, HaveNoVersions) { EXPECT_FALSE(ReadElfFile(DACRT_DROP_IN).has_versions); }
