@@ -3,11 +3,10 @@
 
 #include <cstring>
 #include <functional>
-#include <random>
 #include <thread>
 #include <vector>
 
-#include "session.h"
+#include "model.h"
 
 namespace dacrt::tests {
 namespace {
@@ -23,36 +22,9 @@ void OnThreads(const std::function<void(int)>& body) {
 
 /// A committed scene of `count` small triangles at random places in the unit cube.
 RTCScene TriangleSoup(Session& s, unsigned int seed, unsigned int count) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> unit(0, 1);
-  const RTCGeometry geometry = s.NewGeometry();
-  auto* const vertices = static_cast<float*>(s.api.rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3 * count));
-  auto* const indices = static_cast<unsigned int*>(s.api.rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
-  for (unsigned int triangle = 0; triangle < count; ++triangle) {
-    const float corner[3] = {unit(random), unit(random), unit(random)};
-    for (unsigned int i = 0; i < 9; ++i) {
-      vertices[9 * triangle + i] = corner[i % 3] + 0.05f * unit(random);
-    }
-    for (unsigned int i = 0; i < 3; ++i) indices[3 * triangle + i] = 3 * triangle + i;
-  }
+  const RTCGeometry geometry = UncommittedSoup(s, seed, count, 0.05f);
   s.api.rtcCommitGeometry(geometry);
   return s.SceneOf(geometry);
-}
-
-std::vector<RTCRayHit> RandomRays(unsigned int seed, std::size_t count) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> unit(0, 1);
-  std::vector<RTCRayHit> rays(count, RayAt(0));
-  for (RTCRayHit& record : rays) {
-    record.ray.org_x = unit(random);
-    record.ray.org_y = unit(random);
-    record.ray.org_z = -1;
-    record.ray.dir_x = unit(random) - 0.5f;
-    record.ray.dir_y = unit(random) - 0.5f;
-  }
-  return rays;
 }
 
 std::vector<RTCRayHit> Answer(Session& s, RTCScene scene, std::vector<RTCRayHit> rays) {

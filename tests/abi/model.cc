@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <random>
 
 namespace dacrt::tests {
 
@@ -57,7 +58,10 @@ void SetVertices(Session& s, RTCGeometry geometry, RTCGeometryType type, unsigne
   const std::size_t stride = (is_point ? 16 : 12) + gap;
   float* const vertices = NewItems(s, geometry, RTC_BUFFER_TYPE_VERTEX, slot,
                                    is_point ? RTC_FORMAT_FLOAT4 : RTC_FORMAT_FLOAT3, stride, count);
-  const float corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  // Round the square; a grid's are in rows.
+  const bool is_grid = type == RTC_GEOMETRY_TYPE_GRID;
+  const float corners[4][2] = {
+      {0, 0}, {1, 0}, {is_grid ? 0.0f : 1.0f, 1}, {is_grid ? 1.0f : 0.0f, 1}};
   for (std::size_t i = 0; i < std::min<std::size_t>(count, 4); ++i) {
     float* const vertex = vertices + i * stride / sizeof(float);
     vertex[0] = corners[i][0];
@@ -73,7 +77,6 @@ void SetVertices(Session& s, RTCGeometry geometry, RTCGeometryType type, unsigne
 
 void SetPrimitives(Session& s, RTCGeometry geometry, RTCGeometryType type, std::size_t count) {
   if (type == RTC_GEOMETRY_TYPE_GRID) {
-    // Its vertices are in rows, so it is twisted, and flat.
     auto* const grids = static_cast<RTCGrid*>(s.api.rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), count));
     std::fill_n(grids, count, RTCGrid{0, 2, 2, 2});
@@ -107,6 +110,38 @@ RTCGeometry Model(Session& s, RTCGeometryType type) {
   const RTCGeometry geometry = UncommittedModel(s, type);
   s.api.rtcCommitGeometry(geometry);
   return geometry;
+}
+
+RTCGeometry UncommittedSoup(Session& s, unsigned int seed, unsigned int count, float size) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(0, 1);
+  const RTCGeometry geometry = s.NewGeometry();
+  auto* const vertices = static_cast<float*>(s.api.rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3 * count));
+  auto* const indices = static_cast<unsigned int*>(s.api.rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
+  for (unsigned int triangle = 0; triangle < count; ++triangle) {
+    const float corner[3] = {unit(random), unit(random), unit(random)};
+    for (unsigned int i = 0; i < 9; ++i) {
+      vertices[9 * triangle + i] = corner[i % 3] + size * unit(random);
+    }
+    for (unsigned int i = 0; i < 3; ++i) indices[3 * triangle + i] = 3 * triangle + i;
+  }
+  return geometry;
+}
+
+std::vector<RTCRayHit> RandomRays(unsigned int seed, std::size_t count) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<RTCRayHit> rays(count, RayAt(0));
+  for (RTCRayHit& record : rays) {
+    record.ray.org_x = unit(random);
+    record.ray.org_y = unit(random);
+    record.ray.org_z = -1;
+    record.ray.dir_x = unit(random) - 0.5f;
+    record.ray.dir_y = unit(random) - 0.5f;
+  }
+  return rays;
 }
 
 void BoundUnitBox(const RTCBoundsFunctionArguments* args) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "session.h"
 
@@ -36,6 +37,12 @@ void SetPrimitives(Session& s, RTCGeometry geometry, RTCGeometryType type, std::
 /// spheres, whose radius is 1, earlier. Not committed.
 RTCGeometry UncommittedModel(Session& s, RTCGeometryType type);
 RTCGeometry Model(Session& s, RTCGeometryType type);
+
+/// `count` triangles of this size at random places in the unit cube. Not committed.
+RTCGeometry UncommittedSoup(Session& s, unsigned int seed, unsigned int count, float size);
+
+/// Rays from below the unit cube into it, and some beside it.
+std::vector<RTCRayHit> RandomRays(unsigned int seed, std::size_t count);
 
 /// Functions of a user geometry. Its bounds are the box from (0, 0, 0) to (1, 1, 1); it is hit
 /// where z is 0, with u = 0.5.
