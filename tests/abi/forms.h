@@ -1,6 +1,8 @@
 // Calls in every form of a query.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <span>
 #include <vector>
 
@@ -15,6 +17,28 @@ std::vector<Form> AllForms();
 inline bool IsStream(const Form& form) {
   return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
 }
+
+/// Runs `body(form, query)` for every form and query, until a test fails.
+template <class Body>
+void ForEachCall(const Body& body) {
+  for (const Form& form : AllForms()) {
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      SCOPED_TRACE(Name(form) + ", " + Name(query));
+      body(form, query);
+      if (testing::Test::HasFailure()) return;
+    }
+  }
+}
+
+/// A row of rays along +z, from z = -10, through the unit square. Some miss it, and one is
+/// inactive. IDs, flags and masks differ, as far as `form` can carry them, and hits hold what they
+/// did before.
+inline constexpr int kRays = 40;
+std::vector<RTCRayHit> RowOfRays(const Form& form = {});
+bool MeetsSquare(int number);
+
+/// The number in the row of the ray that starts at this x.
+int NumberOf(float org_x);
 
 /// Traces a copy of `rays`, as the function of streams.h does.
 std::vector<RTCRayHit> Trace(const Api& api, RTCScene scene, RTCIntersectContext& context,
