@@ -55,6 +55,23 @@ HWY_INLINE V EdgeVolume(const V* a, const V* b, const V* dir) {
   return Dot(cross, dir);
 }
 
+/// As MeetInDepth, but at the distances themselves and at tnear, too: a ray that goes on from a hit
+/// meets again what stands there, so that no hit is lost to a program that walks from one to the
+/// next.
+HWY_INLINE bool MeetAtDistance(const TestRays& rays, const WideBox& own_box, V t, M meet,
+                               MeetingPairs& pairs) {
+  meet = hn::And(hn::And(meet, hn::Ge(t, hn::Zero(kFloat))),
+                 hn::And(hn::Le(rays.tnear, t), hn::Le(t, rays.tfar)));
+  if (hn::AllFalse(kFloat, meet)) return false;
+  const Interval interval = IntersectBox(own_box, rays.org, rays.reciprocal);
+  meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
+  if (hn::AllFalse(kFloat, meet)) return false;
+  pairs.lanes = Bits(meet);
+  pairs.within_limit = pairs.lanes;
+  hn::Store(hn::Max(t, interval.entry), kFloat, pairs.key);
+  return true;
+}
+
 HWY_INLINE bool TestFacetPairsRobustly(const TestRays& rays, const TestTriangles& triangles,
                                        const FacetBlock& block, size_t i, MeetingPairs& pairs,
                                        Crossings& crossings) {
@@ -73,15 +90,13 @@ HWY_INLINE bool TestFacetPairsRobustly(const TestRays& rays, const TestTriangles
   const M inside = hn::Or(hn::Ge(hn::Min(u, hn::Min(v, w)), hn::Neg(slack)),
                           hn::Le(hn::Max(u, hn::Max(v, w)), slack));
   const V den = Dot(triangles.ng, rays.dir);
-  const V sign = hn::And(den, hn::SignBit(kFloat));
-  const V depth = hn::Abs(den);
-  const V t = hn::Xor(Dot(triangles.ng, v0), sign);
+  const V t = hn::Div(Dot(triangles.ng, v0), den);
   const V zero = hn::Zero(kFloat);
   const M meet = hn::And(inside, hn::And(hn::Ne(den, zero), hn::Ne(sum, zero)));
   if (hn::AllFalse(kFloat, meet)) return false;
-  if (!MeetInDepth(rays, triangles.own_box, t, depth, meet, pairs)) return false;
+  if (!MeetAtDistance(rays, triangles.own_box, t, meet, pairs)) return false;
   const V one = hn::Set(kFloat, 1.0f);
-  hn::Store(hn::Div(t, depth), kFloat, crossings.t);
+  hn::Store(t, kFloat, crossings.t);
   hn::Store(hn::Min(hn::Div(u, sum), one), kFloat, crossings.u);
   hn::Store(hn::Min(hn::Div(v, sum), one), kFloat, crossings.v);
   return true;

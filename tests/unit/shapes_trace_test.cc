@@ -498,6 +498,25 @@ TEST(ShapesTest, TheSameBitsWhateverIsKept) {
   }
 }
 
+/// A program that walks from hit to hit lost those at the distance of the last one.
+TEST(ShapesTest, InRobustScenesARayThatGoesOnFromAHitMeetsItAgain) {
+  Random random(12);
+  const Model model = MakeTriangles(random, 2000);
+  const auto scene = MakeScene({TriangleView(model, 0)}, kDefaultBudget, true);
+  const auto first = Trace(*scene, MakeRays(random, 5000));
+  std::vector<TimedRay> rays = first;
+  for (TimedRay& ray : rays) {
+    ray.tnear = ray.tfar;
+    ray.geometry_id = ray.primitive_id = UINT32_MAX;
+  }
+  EXPECT_GT(CountHits(first), 1000u);
+  const auto again = Trace(*scene, rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(again[i].tfar, first[i].tfar) << i;
+    EXPECT_EQ(again[i].primitive_id, first[i].primitive_id) << i;
+  }
+}
+
 TEST(ShapesTest, BadInputIsRefused) {
   Random random(11);
   const Model model = MakeTriangles(random, 3);
