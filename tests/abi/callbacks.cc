@@ -1,15 +1,11 @@
 #include "callbacks.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <limits>
 #include <tuple>
 
 namespace dacrt::tests {
 namespace {
-
-constexpr float kUlp = std::numeric_limits<float>::epsilon();
 
 /// The widest packets of the libraries.
 constexpr unsigned int kMostLanes = 16;
@@ -198,18 +194,6 @@ unsigned int TopId(const RTCHit& hit) {
 
 namespace {
 
-/// The normals of spheres inherit the rounding of the distance.
-void ExpectSameHit(const RTCHit& ours, const RTCHit& real, float t) {
-  EXPECT_EQ(ours.geomID, real.geomID);
-  EXPECT_EQ(ours.primID, real.primID);
-  EXPECT_EQ(ours.instID[0], real.instID[0]);
-  EXPECT_NEAR(ours.u, real.u, 4 * kUlp);
-  EXPECT_NEAR(ours.v, real.v, 4 * kUlp);
-  EXPECT_NEAR(ours.Ng_x, real.Ng_x, 4 * kUlp);
-  EXPECT_NEAR(ours.Ng_y, real.Ng_y, 4 * kUlp);
-  EXPECT_NEAR(ours.Ng_z, real.Ng_z, 2 * kUlp * std::abs(t));
-}
-
 void Sort(std::vector<Offer>& offers) {
   const auto key = [](const Offer& offer) {
     return std::tuple(offer.ray, TopId(offer.hit), offer.hit.primID, offer.t);
@@ -231,15 +215,5 @@ void ExpectSameOffers(std::vector<Offer> ours, std::vector<Offer> real) {
     ExpectSameHit(ours[i].hit, real[i].hit, real[i].t);
   }
 }
-
-void ExpectSameRays(const std::vector<RTCRayHit>& ours, const std::vector<RTCRayHit>& real) {
-  for (std::size_t i = 0; i < ours.size(); ++i) {
-    SCOPED_TRACE("ray " + std::to_string(i));
-    EXPECT_FLOAT_EQ(ours[i].ray.tfar, real[i].ray.tfar);
-    ExpectSameHit(ours[i].hit, real[i].hit, real[i].ray.tfar);
-  }
-}
-
-bool AreSame(const RTCRayHit& a, const RTCRayHit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 }  // namespace dacrt::tests

@@ -62,10 +62,7 @@ RTCGeometry NewSquares(Session& s, Squares& squares);
 /// The geometry in the scene that was traced; of an instance, the instance.
 unsigned int TopId(const RTCHit& hit);
 
-/// Nothing but rounding differs.
+/// Nothing but rounding and the order differs.
 void ExpectSameOffers(std::vector<Offer> ours, std::vector<Offer> real);
-void ExpectSameRays(const std::vector<RTCRayHit>& ours, const std::vector<RTCRayHit>& real);
-
-bool AreSame(const RTCRayHit& a, const RTCRayHit& b);
 
 }  // namespace dacrt::tests

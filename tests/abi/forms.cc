@@ -1,11 +1,17 @@
 #include "forms.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
 
 #include "session.h"
 
 namespace dacrt::tests {
 namespace {
+
+constexpr float kUlp = std::numeric_limits<float>::epsilon();  // of 1
 
 EmbreeApi ToEmbreeApi(const Api& api) {
   EmbreeApi result;
@@ -57,5 +63,31 @@ std::vector<RTCRayHit> Trace(const Api& api, RTCScene scene, RTCIntersectContext
                              const Form& form, Query query, std::span<const RTCRayHit> rays) {
   return Trace(ToEmbreeApi(api), scene, context, form, query, rays);
 }
+
+void ExpectSameHit(const RTCHit& ours, const RTCHit& real, float t) {
+  EXPECT_EQ(ours.geomID, real.geomID);
+  EXPECT_EQ(ours.primID, real.primID);
+  EXPECT_EQ(ours.instID[0], real.instID[0]);
+  EXPECT_NEAR(ours.u, real.u, 4 * kUlp);
+  EXPECT_NEAR(ours.v, real.v, 4 * kUlp);
+  EXPECT_NEAR(ours.Ng_x, real.Ng_x, 4 * kUlp);
+  EXPECT_NEAR(ours.Ng_y, real.Ng_y, 4 * kUlp);
+  EXPECT_NEAR(ours.Ng_z, real.Ng_z, 2 * kUlp * std::abs(t));
+}
+
+void ExpectSameRays(std::span<const RTCRayHit> ours, std::span<const RTCRayHit> real) {
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    SCOPED_TRACE("ray " + std::to_string(i));
+    const float t = real[i].ray.tfar;
+    if (std::isinf(t)) {
+      EXPECT_EQ(ours[i].ray.tfar, t);
+    } else {
+      EXPECT_NEAR(ours[i].ray.tfar, t, 4 * kUlp * std::max(1.0f, std::abs(t)));
+    }
+    ExpectSameHit(ours[i].hit, real[i].hit, t);
+  }
+}
+
+bool AreSame(const RTCRayHit& a, const RTCRayHit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 }  // namespace dacrt::tests

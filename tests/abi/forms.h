@@ -44,4 +44,10 @@ int NumberOf(float org_x);
 std::vector<RTCRayHit> Trace(const Api& api, RTCScene scene, RTCIntersectContext& context,
                              const Form& form, Query query, std::span<const RTCRayHit> rays);
 
+/// Nothing but rounding differs. Normals of spheres inherit that of the distance t.
+void ExpectSameHit(const RTCHit& ours, const RTCHit& real, float t);
+void ExpectSameRays(std::span<const RTCRayHit> ours, std::span<const RTCRayHit> real);
+
+bool AreSame(const RTCRayHit& a, const RTCRayHit& b);
+
 }  // namespace dacrt::tests
