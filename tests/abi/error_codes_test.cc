@@ -3,10 +3,13 @@
 // type of geometry is in geometry_walk_test.cc.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "session.h"
+#include "model.h"
 
 namespace dacrt::tests {
 namespace {
@@ -45,6 +48,11 @@ Case OnDevice(const char* function, std::string what, RTCError code,
 Case OnThread(const char* function, std::string what, std::function<void(Session&)> call,
               Real real = Real::kSame) {
   return {function, std::move(what), kNone, kArgument, real, std::move(call)};
+}
+
+/// The same where the real library crashes.
+Case OnlyOurs(const char* function, std::string what, std::function<void(Session&)> call) {
+  return OnThread(function, std::move(what), std::move(call), Real::kCrashes);
 }
 
 // A null handle for every function that takes one.
@@ -176,6 +184,111 @@ std::vector<Case> NullHandles() {
                }),
       OnDevice("rtcAttachGeometryByID", "null geometry", kArgument,
                [](auto& s) { s.api.rtcAttachGeometryByID(s.NewScene(), nullptr, 0); }),
+  };
+}
+
+/// Functions of types of geometries that triangles are none of.
+std::vector<Case> NullGeometries() {
+  static float matrix[16];
+  static RTCQuaternionDecomposition quaternion;
+  return {
+      OnThread("rtcSetGeometryUserPrimitiveCount", "null",
+               [](auto& s) { s.api.rtcSetGeometryUserPrimitiveCount(nullptr, 1); }),
+      OnThread("rtcSetGeometryBoundsFunction", "null",
+               [](auto& s) { s.api.rtcSetGeometryBoundsFunction(nullptr, nullptr, nullptr); }),
+      OnThread("rtcSetGeometryIntersectFunction", "null",
+               [](auto& s) { s.api.rtcSetGeometryIntersectFunction(nullptr, nullptr); }),
+      OnThread("rtcSetGeometryOccludedFunction", "null",
+               [](auto& s) { s.api.rtcSetGeometryOccludedFunction(nullptr, nullptr); }),
+      OnThread("rtcSetGeometryInstancedScene", "null geometry",
+               [](auto& s) { s.api.rtcSetGeometryInstancedScene(nullptr, s.NewScene()); }),
+      OnThread("rtcSetGeometryTransform", "null geometry",
+               [](auto& s) {
+                 s.api.rtcSetGeometryTransform(nullptr, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrix);
+               }),
+      OnThread("rtcSetGeometryTransformQuaternion", "null geometry",
+               [](auto& s) { s.api.rtcSetGeometryTransformQuaternion(nullptr, 0, &quaternion); }),
+      OnlyOurs("rtcGetGeometryTransform", "null geometry",
+               [](auto& s) {
+                 s.api.rtcGetGeometryTransform(nullptr, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrix);
+               }),
+      OnDevice(
+          "rtcGetGeometryTransform", "null matrix of an instance", kArgument,
+          [](auto& s) {
+            s.api.rtcGetGeometryTransform(Model(s, RTC_GEOMETRY_TYPE_INSTANCE), 0,
+                                          RTC_FORMAT_FLOAT3X4_ROW_MAJOR, nullptr);
+          },
+          Real::kCrashes),
+      OnThread("rtcSetGeometryTessellationRate", "null",
+               [](auto& s) { s.api.rtcSetGeometryTessellationRate(nullptr, 1); }),
+      OnThread("rtcSetGeometryTopologyCount", "null",
+               [](auto& s) { s.api.rtcSetGeometryTopologyCount(nullptr, 1); }),
+      OnThread("rtcSetGeometrySubdivisionMode", "null",
+               [](auto& s) {
+                 s.api.rtcSetGeometrySubdivisionMode(nullptr, 0, RTC_SUBDIVISION_MODE_PIN_ALL);
+               }),
+      OnThread("rtcSetGeometryVertexAttributeTopology", "null",
+               [](auto& s) { s.api.rtcSetGeometryVertexAttributeTopology(nullptr, 0, 0); }),
+      OnThread("rtcSetGeometryDisplacementFunction", "null",
+               [](auto& s) { s.api.rtcSetGeometryDisplacementFunction(nullptr, nullptr); }),
+      OnlyOurs("rtcGetGeometryFirstHalfEdge", "null",
+               [](auto& s) { s.api.rtcGetGeometryFirstHalfEdge(nullptr, 0); }),
+      OnlyOurs("rtcGetGeometryFace", "null", [](auto& s) { s.api.rtcGetGeometryFace(nullptr, 0); }),
+      OnlyOurs("rtcGetGeometryNextHalfEdge", "null",
+               [](auto& s) { s.api.rtcGetGeometryNextHalfEdge(nullptr, 0); }),
+      OnlyOurs("rtcGetGeometryPreviousHalfEdge", "null",
+               [](auto& s) { s.api.rtcGetGeometryPreviousHalfEdge(nullptr, 0); }),
+      OnlyOurs("rtcGetGeometryOppositeHalfEdge", "null",
+               [](auto& s) { s.api.rtcGetGeometryOppositeHalfEdge(nullptr, 0, 0); }),
+  };
+}
+
+/// Most of these check nothing in the real library.
+std::vector<Case> NullPointers() {
+  static RTCInterpolateArguments interpolate{};
+  static RTCInterpolateNArguments interpolate_n{};
+  static RTCIntersectFunctionNArguments intersect_args{};
+  static RTCOccludedFunctionNArguments occluded_args{};
+  return {
+      OnlyOurs("rtcFilterIntersection", "null",
+               [](auto& s) { s.api.rtcFilterIntersection(nullptr, nullptr); }),
+      OnlyOurs("rtcFilterIntersection", "null filter arguments",
+               [](auto& s) { s.api.rtcFilterIntersection(&intersect_args, nullptr); }),
+      OnlyOurs("rtcFilterOcclusion", "null",
+               [](auto& s) { s.api.rtcFilterOcclusion(nullptr, nullptr); }),
+      OnlyOurs("rtcFilterOcclusion", "null filter arguments",
+               [](auto& s) { s.api.rtcFilterOcclusion(&occluded_args, nullptr); }),
+      OnlyOurs("rtcInterpolate", "null", [](auto& s) { s.api.rtcInterpolate(nullptr); }),
+      OnlyOurs("rtcInterpolate", "null geometry",
+               [](auto& s) { s.api.rtcInterpolate(&interpolate); }),
+      OnlyOurs("rtcInterpolateN", "null", [](auto& s) { s.api.rtcInterpolateN(nullptr); }),
+      OnlyOurs("rtcInterpolateN", "null geometry",
+               [](auto& s) { s.api.rtcInterpolateN(&interpolate_n); }),
+      OnlyOurs("rtcPointQuery", "null",
+               [](auto& s) { s.api.rtcPointQuery(nullptr, nullptr, nullptr, nullptr, nullptr); }),
+      OnlyOurs("rtcPointQuery4", "null",
+               [](auto& s) {
+                 s.api.rtcPointQuery4(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr);
+               }),
+      OnlyOurs("rtcPointQuery8", "null",
+               [](auto& s) {
+                 s.api.rtcPointQuery8(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr);
+               }),
+      OnlyOurs("rtcPointQuery16", "null",
+               [](auto& s) {
+                 s.api.rtcPointQuery16(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr);
+               }),
+      OnlyOurs("rtcCollide", "null",
+               [](auto& s) { s.api.rtcCollide(nullptr, nullptr, nullptr, nullptr); }),
+      OnThread("rtcNewBVH", "null device",
+               [](auto& s) { EXPECT_EQ(s.api.rtcNewBVH(nullptr), nullptr); }),
+      OnlyOurs("rtcBuildBVH", "null",
+               [](auto& s) { EXPECT_EQ(s.api.rtcBuildBVH(nullptr), nullptr); }),
+      OnlyOurs("rtcThreadLocalAlloc", "null",
+               [](auto& s) { EXPECT_EQ(s.api.rtcThreadLocalAlloc(nullptr, 8, 8), nullptr); }),
+      OnThread("rtcRetainBVH", "null", [](auto& s) { s.api.rtcRetainBVH(nullptr); }),
+      OnThread("rtcReleaseBVH", "null", [](auto& s) { s.api.rtcReleaseBVH(nullptr); }),
+      OnlyOurs("rtcMakeStaticBVH", "null", [](auto& s) { s.api.rtcMakeStaticBVH(nullptr); }),
   };
 }
 
@@ -356,6 +469,13 @@ std::vector<Case> Scenes() {
           "rtcGetSceneBounds", "null", kOperation,
           [](auto& s) { s.api.rtcGetSceneBounds(s.SceneOf(s.Triangle()), nullptr); },
           Real::kCrashes),
+      OnDevice("rtcSetSceneFlags", "flags that are none", kNone,
+               [](auto& s) {
+                 const RTCScene scene = s.SceneOf(s.Triangle());
+                 s.api.rtcSetSceneFlags(scene, RTCSceneFlags(0x7FFFFFF0));
+                 s.api.rtcCommitScene(scene);
+                 EXPECT_EQ(s.HitGeometry(scene), 0u);
+               }),
       OnDevice("rtcGetSceneLinearBounds", "null", kOperation,
                [](auto& s) { s.api.rtcGetSceneLinearBounds(s.SceneOf(s.Triangle()), nullptr); }),
       OnDevice("rtcGetSceneLinearBounds", "a scene that was not committed", kOperation,
@@ -380,54 +500,145 @@ std::vector<Case> Scenes() {
   };
 }
 
+/// Pointers of which all go to `values`.
+template <class Pointers>
+Pointers PointersTo(void* values) {
+  std::array<void*, sizeof(Pointers) / sizeof(void*)> all;
+  all.fill(values);
+  return std::bit_cast<Pointers>(all);
+}
+
+/// Calls a query function with these arguments, for one ray or packet at `rays`.
+struct QueryFunction {
+  const char* name;
+  void (*call)(const Api&, const int* valid, RTCScene, RTCIntersectContext*, void* rays);
+  bool is_packet = false;
+};
+
+const QueryFunction kQueryFunctions[] = {
+    {"rtcIntersect1",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcIntersect1(scene, context, static_cast<RTCRayHit*>(rays));
+     }},
+    {"rtcIntersect4",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcIntersect4(valid, scene, context, static_cast<RTCRayHit4*>(rays));
+     },
+     true},
+    {"rtcIntersect8",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcIntersect8(valid, scene, context, static_cast<RTCRayHit8*>(rays));
+     },
+     true},
+    {"rtcIntersect16",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcIntersect16(valid, scene, context, static_cast<RTCRayHit16*>(rays));
+     },
+     true},
+    {"rtcIntersect1M",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcIntersect1M(scene, context, static_cast<RTCRayHit*>(rays), 1, sizeof(RTCRayHit));
+     }},
+    {"rtcIntersect1Mp",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       auto* pointer = static_cast<RTCRayHit*>(rays);
+       api.rtcIntersect1Mp(scene, context, rays ? &pointer : nullptr, 1);
+     }},
+    {"rtcIntersectNM",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcIntersectNM(scene, context, static_cast<RTCRayHitN*>(rays), 1, 1, sizeof(RTCRayHit));
+     }},
+    {"rtcIntersectNp",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       const auto pointers = PointersTo<RTCRayHitNp>(rays);
+       api.rtcIntersectNp(scene, context, rays ? &pointers : nullptr, 1);
+     }},
+    {"rtcOccluded1",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcOccluded1(scene, context, static_cast<RTCRay*>(rays));
+     }},
+    {"rtcOccluded4",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcOccluded4(valid, scene, context, static_cast<RTCRay4*>(rays));
+     },
+     true},
+    {"rtcOccluded8",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcOccluded8(valid, scene, context, static_cast<RTCRay8*>(rays));
+     },
+     true},
+    {"rtcOccluded16",
+     [](auto& api, auto valid, auto scene, auto context, void* rays) {
+       api.rtcOccluded16(valid, scene, context, static_cast<RTCRay16*>(rays));
+     },
+     true},
+    {"rtcOccluded1M",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcOccluded1M(scene, context, static_cast<RTCRay*>(rays), 1, sizeof(RTCRay));
+     }},
+    {"rtcOccluded1Mp",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       auto* pointer = static_cast<RTCRay*>(rays);
+       api.rtcOccluded1Mp(scene, context, rays ? &pointer : nullptr, 1);
+     }},
+    {"rtcOccludedNM",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       api.rtcOccludedNM(scene, context, static_cast<RTCRayN*>(rays), 1, 1, sizeof(RTCRay));
+     }},
+    {"rtcOccludedNp",
+     [](auto& api, auto, auto scene, auto context, void* rays) {
+       const auto pointers = PointersTo<RTCRayNp>(rays);
+       api.rtcOccludedNp(scene, context, rays ? &pointers : nullptr, 1);
+     }},
+};
+
+/// The real library checks whether a scene is committed, and nothing else.
 std::vector<Case> Queries() {
   static RTCIntersectContext context;
-  alignas(64) static RTCRayHit16 packet;
-  alignas(64) static int valid[16];
-  static RTCRayHit record;
-  static RTCRayHitNp pointers;
+  static RTCRayHit16 packet;
+  alignas(64) static const int valid[16] = {-1};
   rtcInitIntersectContext(&context);
-  record = RayAt(0.2f);
-  const char* const intersect = "rtcIntersect1M";
-  return {
-      OnDevice("rtcIntersect1", "a scene that was not committed", kOperation,
-               [](auto& s) { s.api.rtcIntersect1(s.NewScene(), &context, &record); }),
-      OnDevice("rtcIntersect16", "a scene that was not committed", kOperation,
-               [](auto& s) { s.api.rtcIntersect16(valid, s.NewScene(), &context, &packet); }),
-      OnDevice(intersect, "a scene that was not committed", kOperation,
-               [](auto& s) { s.api.rtcIntersect1M(s.NewScene(), &context, &record, 1, 80); }),
-      OnDevice("rtcOccluded1", "a scene that was not committed", kOperation,
-               [](auto& s) { s.api.rtcOccluded1(s.NewScene(), &context, &record.ray); }),
-      OnDevice("rtcOccluded1M", "a scene that was not committed", kOperation,
-               [](auto& s) { s.api.rtcOccluded1M(s.NewScene(), &context, &record.ray, 1, 80); }),
-      OnDevice(
-          intersect, "no rays at a null pointer", kNone,
-          [](auto& s) { s.api.rtcIntersect1M(s.SceneOf(s.Triangle()), &context, nullptr, 0, 80); }),
-      OnThread(
-          intersect, "a null scene",
-          [](auto& s) { s.api.rtcIntersect1M(nullptr, &context, &record, 1, 80); }, Real::kCrashes),
-      OnThread(
-          "rtcOccluded1", "a null scene",
-          [](auto& s) { s.api.rtcOccluded1(nullptr, &context, &record.ray); }, Real::kCrashes),
-      OnDevice(
-          intersect, "a null context", kArgument,
-          [](auto& s) { s.api.rtcIntersect1M(s.SceneOf(s.Triangle()), nullptr, &record, 1, 80); },
-          Real::kCrashes),
-      OnDevice(
-          intersect, "a null ray", kArgument,
-          [](auto& s) { s.api.rtcIntersect1M(s.SceneOf(s.Triangle()), &context, nullptr, 1, 80); },
-          Real::kCrashes),
-      OnDevice(
-          "rtcIntersect16", "null valid flags", kArgument,
-          [](auto& s) {
-            s.api.rtcIntersect16(nullptr, s.SceneOf(s.Triangle()), &context, &packet);
-          },
-          Real::kCrashes),
-      OnDevice(
-          "rtcIntersectNp", "null origins", kArgument,
-          [](auto& s) { s.api.rtcIntersectNp(s.SceneOf(s.Triangle()), &context, &pointers, 1); },
-          Real::kCrashes),
-  };
+  std::vector<Case> cases;
+  for (const QueryFunction& function : kQueryFunctions) {
+    const char* const name = function.name;
+    const auto call = function.call;
+    cases.push_back(OnDevice(name, "a scene that was not committed", kOperation, [=](auto& s) {
+      call(s.api, valid, s.NewScene(), &context, &packet);
+    }));
+    cases.push_back(OnlyOurs(name, "a null scene",
+                             [=](auto& s) { call(s.api, valid, nullptr, &context, &packet); }));
+    cases.push_back(OnDevice(
+        name, "a null context", kArgument,
+        [=](auto& s) { call(s.api, valid, s.SceneOf(s.Triangle()), nullptr, &packet); },
+        Real::kCrashes));
+    cases.push_back(OnDevice(
+        name, "null rays", kArgument,
+        [=](auto& s) { call(s.api, valid, s.SceneOf(s.Triangle()), &context, nullptr); },
+        Real::kCrashes));
+    if (!function.is_packet) continue;
+    cases.push_back(OnDevice(
+        name, "null valid flags", kArgument,
+        [=](auto& s) { call(s.api, nullptr, s.SceneOf(s.Triangle()), &context, &packet); },
+        Real::kCrashes));
+  }
+  cases.push_back(OnDevice(
+      "rtcIntersectNp", "null origins", kArgument,
+      [](auto& s) {
+        const RTCRayHitNp pointers{};
+        s.api.rtcIntersectNp(s.SceneOf(s.Triangle()), &context, &pointers, 1);
+      },
+      Real::kCrashes));
+  cases.push_back(OnDevice(
+      "rtcOccludedNp", "null origins", kArgument,
+      [](auto& s) {
+        const RTCRayNp pointers{};
+        s.api.rtcOccludedNp(s.SceneOf(s.Triangle()), &context, &pointers, 1);
+      },
+      Real::kCrashes));
+  cases.push_back(OnDevice("rtcIntersect1M", "no rays at a null pointer", kNone, [](auto& s) {
+    s.api.rtcIntersect1M(s.SceneOf(s.Triangle()), &context, nullptr, 0, sizeof(RTCRayHit));
+  }));
+  return cases;
 }
 
 class ErrorCodes : public testing::TestWithParam<Case> {};
@@ -455,11 +666,26 @@ TEST_P(ErrorCodes, AreTheRealLibrarys) {
 }
 
 INSTANTIATE_TEST_SUITE_P(NullHandles, ErrorCodes, testing::ValuesIn(NullHandles()));
+INSTANTIATE_TEST_SUITE_P(NullGeometries, ErrorCodes, testing::ValuesIn(NullGeometries()));
+INSTANTIATE_TEST_SUITE_P(NullPointers, ErrorCodes, testing::ValuesIn(NullPointers()));
 INSTANTIATE_TEST_SUITE_P(Devices, ErrorCodes, testing::ValuesIn(Devices()));
 INSTANTIATE_TEST_SUITE_P(Buffers, ErrorCodes, testing::ValuesIn(Buffers()));
 INSTANTIATE_TEST_SUITE_P(TypesAndQualities, ErrorCodes, testing::ValuesIn(TypesAndQualities()));
 INSTANTIATE_TEST_SUITE_P(Scenes, ErrorCodes, testing::ValuesIn(Scenes()));
 INSTANTIATE_TEST_SUITE_P(Queries, ErrorCodes, testing::ValuesIn(Queries()));
+
+// So a new export cannot be forgotten. To these two a null pointer is an argument like others.
+TEST(AllErrorCodes, HaveACaseForEveryExport) {
+  std::set<std::string> asked = {"rtcNewDevice", "rtcGetDeviceError"};
+  for (const auto& cases : {NullHandles(), NullGeometries(), NullPointers(), Queries()}) {
+    for (const Case& test : cases) asked.insert(test.function);
+  }
+  std::set<std::string> exports;
+#define X(name) exports.insert(#name);
+#include "exports.inc"
+#undef X
+  EXPECT_EQ(asked, exports);
+}
 
 }  // namespace
 }  // namespace dacrt::tests

@@ -97,53 +97,5 @@ TEST(Unsupported, FunctionsWithoutAHandleReportToTheThread) {
   }
 }
 
-TEST(Unsupported, FunctionsTakeNullWithoutHarm) {
-  const Api& api = DropIn();
-  constexpr RTCFormat kMatrix = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
-  RTCInterpolateArguments interpolate{};
-  RTCInterpolateNArguments interpolate_n{};
-  const std::function<void()> calls[] = {
-      [&] { api.rtcSetGeometryUserPrimitiveCount(nullptr, 1); },
-      [&] { api.rtcSetGeometryBoundsFunction(nullptr, nullptr, nullptr); },
-      [&] { api.rtcSetGeometryIntersectFunction(nullptr, nullptr); },
-      [&] { api.rtcSetGeometryOccludedFunction(nullptr, nullptr); },
-      [&] { api.rtcFilterIntersection(nullptr, nullptr); },
-      [&] { api.rtcFilterOcclusion(nullptr, nullptr); },
-      [&] { api.rtcSetGeometryInstancedScene(nullptr, nullptr); },
-      [&] { api.rtcSetGeometryTransform(nullptr, 0, kMatrix, nullptr); },
-      [&] { api.rtcSetGeometryTransformQuaternion(nullptr, 0, nullptr); },
-      [&] { api.rtcGetGeometryTransform(nullptr, 0, kMatrix, nullptr); },
-      [&] { api.rtcSetGeometryTessellationRate(nullptr, 1); },
-      [&] { api.rtcSetGeometryTopologyCount(nullptr, 1); },
-      [&] { api.rtcSetGeometrySubdivisionMode(nullptr, 0, RTC_SUBDIVISION_MODE_PIN_ALL); },
-      [&] { api.rtcSetGeometryVertexAttributeTopology(nullptr, 0, 0); },
-      [&] { api.rtcSetGeometryDisplacementFunction(nullptr, nullptr); },
-      [&] { api.rtcGetGeometryFirstHalfEdge(nullptr, 0); },
-      [&] { api.rtcGetGeometryFace(nullptr, 0); },
-      [&] { api.rtcGetGeometryNextHalfEdge(nullptr, 0); },
-      [&] { api.rtcGetGeometryPreviousHalfEdge(nullptr, 0); },
-      [&] { api.rtcGetGeometryOppositeHalfEdge(nullptr, 0, 0); },
-      [&] { api.rtcInterpolate(nullptr); },
-      [&] { api.rtcInterpolate(&interpolate); },
-      [&] { api.rtcInterpolateN(nullptr); },
-      [&] { api.rtcInterpolateN(&interpolate_n); },
-      [&] { api.rtcPointQuery(nullptr, nullptr, nullptr, nullptr, nullptr); },
-      [&] { api.rtcPointQuery4(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
-      [&] { api.rtcPointQuery8(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
-      [&] { api.rtcPointQuery16(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr); },
-      [&] { api.rtcCollide(nullptr, nullptr, nullptr, nullptr); },
-      [&] { api.rtcNewBVH(nullptr); },
-      [&] { api.rtcBuildBVH(nullptr); },
-      [&] { api.rtcThreadLocalAlloc(nullptr, 8, 8); },
-      [&] { api.rtcRetainBVH(nullptr); },
-      [&] { api.rtcReleaseBVH(nullptr); },
-      [&] { api.rtcMakeStaticBVH(nullptr); },
-  };
-  for (const auto& call : calls) {
-    call();
-    EXPECT_EQ(api.rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_ARGUMENT);
-  }
-}
-
 }  // namespace
 }  // namespace dacrt::tests
