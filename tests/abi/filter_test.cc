@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <thread>
 #include <vector>
 
 #include "callbacks.h"
@@ -320,6 +321,90 @@ TEST(DropInFilters, AreOfferedEachPairOnceByEveryMethod) {
       EXPECT_EQ(std::adjacent_find(actual.begin(), actual.end()), actual.end());
       EXPECT_TRUE(actual == expected) << actual.size() << " pairs, not " << expected.size();
     }
+  }
+}
+
+class FilterFunction : public OnBothLibraries {};
+INSTANTIATE_ON_BOTH_LIBRARIES(FilterFunction);
+
+/// A context for filter functions that trace rays themselves.
+struct NestedCall {
+  RTCIntersectContext context;
+  const Api& api;
+  RTCScene scene;
+  bool is_inner;
+};
+
+/// Accepts hits that have one other behind them, which it finds out by tracing on.
+void AcceptSecondLast(const RTCFilterFunctionNArguments* args) {
+  const auto& call = *reinterpret_cast<const NestedCall*>(args->context);
+  if (call.is_inner) return;
+  for (unsigned int i = 0; i < args->N; ++i) {
+    if (args->valid[i] == 0) continue;
+    NestedCall inner{{}, call.api, call.scene, true};
+    rtcInitIntersectContext(&inner.context);
+    RTCRayHit record = RayAt(RTCRayN_org_x(args->ray, args->N, i));
+    int behind = 0;
+    for (record.ray.tnear = RTCRayN_tfar(args->ray, args->N, i) + 0.5f;; ++behind) {
+      record.ray.tfar = 1000;
+      record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      call.api.rtcIntersect1(call.scene, &inner.context, &record);
+      if (record.hit.geomID == RTC_INVALID_GEOMETRY_ID) break;
+      record.ray.tnear = record.ray.tfar + 0.5f;
+    }
+    if (behind != 1) args->valid[i] = 0;
+  }
+}
+
+TEST_P(FilterFunction, MayTraceRays) {
+  Session s(GetParam()());
+  const RTCScene scene = s.NewScene();
+  for (unsigned int layer = 0; layer < 5; ++layer) {
+    const RTCGeometry geometry = s.UncommittedTriangle(static_cast<float>(layer));
+    s.api.rtcSetGeometryIntersectFilterFunction(geometry, AcceptSecondLast);
+    s.api.rtcSetGeometryOccludedFilterFunction(geometry, AcceptSecondLast);
+    s.api.rtcCommitGeometry(geometry);
+    s.api.rtcAttachGeometry(scene, geometry);
+  }
+  s.api.rtcCommitScene(scene);
+  ForEachCall([&](const Form& form, Query query) {
+    NestedCall call{{}, s.api, scene, false};
+    rtcInitIntersectContext(&call.context);
+    const auto rays = Trace(s.api, scene, call.context, form, query, RowOfRays(form));
+    for (int i = 0; i < kRays; ++i) {
+      if (!MeetsSquare(i)) continue;
+      EXPECT_FLOAT_EQ(rays[i].ray.tfar, query == Query::kClosest ? 13 : -kInfinity);
+      EXPECT_EQ(rays[i].hit.geomID, query == Query::kClosest ? 3 : RTC_INVALID_GEOMETRY_ID);
+    }
+  });
+}
+
+/// Notes which threads call.
+struct ThreadsCall {
+  RTCIntersectContext context;
+  std::set<std::thread::id> threads;
+};
+
+void NoteThread(const RTCFilterFunctionNArguments* args) {
+  auto& call = *reinterpret_cast<ThreadsCall*>(const_cast<RTCIntersectContext*>(args->context));
+  call.threads.insert(std::this_thread::get_id());
+}
+
+// Programs count in the context, without locks.
+TEST(DropInFilters, AreCalledByTheThreadThatTraces) {
+  Session s(DropIn(), "threads=4,dacrt_piece_rays=1024");
+  const RTCGeometry soup = UncommittedSoup(s, 1, 1000, 0.3f);
+  s.api.rtcSetGeometryIntersectFilterFunction(soup, NoteThread);
+  s.api.rtcCommitGeometry(soup);
+  const RTCScene scene = s.SceneOf(soup);
+  const RTCGeometry instance = Instance(s, scene);
+  s.api.rtcCommitGeometry(instance);
+  for (const RTCScene traced : {scene, s.SceneOf(instance)}) {
+    ThreadsCall call{};
+    rtcInitIntersectContext(&call.context);
+    Trace(s.api, traced, call.context, {Form::Call::kRecords}, Query::kClosest,
+          RandomRays(3, 20'000));
+    EXPECT_EQ(call.threads, std::set{std::this_thread::get_id()});
   }
 }
 
