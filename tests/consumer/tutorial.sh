@@ -7,10 +7,16 @@ set -eu
 dacrt_run=$1 compare_ppm=$2 outliers=$3
 shift 3
 
-if ! command -v "$1" >/dev/null; then
+skip() {
   echo "skipped: $1 is missing (Debian: embree-tools)"
   exit 77
-fi
+}
+command -v "$1" >/dev/null || skip "$1"
+for argument; do
+  case $argument in
+    /*) [ -e "$argument" ] || skip "$argument" ;;  # a scene of the package's documentation
+  esac
+done
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
