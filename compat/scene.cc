@@ -48,8 +48,9 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "scene and geometry are from different devices");
   }
   instance_count_ += IsInstance(*geometry);
-  geometries_[id] = {std::move(geometry)};
   ++revision_;
+  if (geometry->is_enabled()) visible_revision_ = revision_;
+  geometries_[id] = {std::move(geometry)};
 }
 
 void Scene::CheckIsNoCycle(const Geometry& geometry) const {
@@ -89,7 +90,7 @@ void Scene::Detach(unsigned int id) {
   instance_count_ -= IsInstance(*detached.geometry);
   geometries_.erase(place);
   first_free_id_ = std::min(first_free_id_, id);
-  ++revision_;
+  visible_revision_ = ++revision_;
 }
 
 Geometry* Scene::Find(unsigned int id) const {
@@ -225,7 +226,7 @@ void Scene::SetBuildQuality(RTCBuildQuality quality) {
 }
 
 const dacrt::Scene& Scene::CommittedAsItStands() const {
-  if (revision_ != committed_revision_) {
+  if (visible_revision_ > committed_revision_) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
   }
   return Committed();

@@ -48,8 +48,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   RTCSceneFlags flags() const { return flags_; }
   void set_flags(RTCSceneFlags flags) { flags_ = flags; }
 
-  /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached or detached since the last
-  /// commit, or if there was none.
+  /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached, but for disabled ones, or
+  /// detached since the last commit, or if there was none.
   RTCBounds Bounds() const;
 
   /// The bounds at the ends of the time range from 0 to 1; between them lie those of all times.
@@ -110,7 +110,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void CheckIsNoCycle(const Geometry& geometry) const;
   void CheckGeometriesCommitted() const;
   void CheckGeometriesComplete() const;
-  /// Throws RTC_ERROR_INVALID_OPERATION if geometries were attached or detached since.
+  /// Throws RTC_ERROR_INVALID_OPERATION as Bounds does.
   const dacrt::Scene& CommittedAsItStands() const;
   bool NeedsCommit() const;
   Selection Select() const;
@@ -119,11 +119,12 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device> device_;
 
-  mutable std::mutex geometries_mutex_;  ///< of the next seven
+  mutable std::mutex geometries_mutex_;  ///< of the next eight
   std::map<unsigned int, Attached> geometries_;
   std::size_t instance_count_ = 0;   ///< of these
   unsigned int first_free_id_ = 0;   ///< no smaller ID is free
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
+  uint64_t visible_revision_ = 1;    ///< the last one but for attaching what is disabled
   uint64_t committed_revision_ = 0;  ///< the one that was committed last
   RTCSceneFlags committed_flags_ = RTC_SCENE_FLAG_NONE;
   std::shared_ptr<const Snapshot> snapshot_;

@@ -459,6 +459,14 @@ std::vector<Case> Scenes() {
                  s.api.rtcAttachGeometry(scene, s.Triangle());
                  s.api.rtcGetSceneBounds(scene, &bounds);
                }),
+      OnDevice("rtcGetSceneBounds", "after attaching a disabled geometry", kNone,
+               [](auto& s) {
+                 const RTCScene scene = s.SceneOf(s.Triangle());
+                 const RTCGeometry disabled = s.Triangle();
+                 s.api.rtcDisableGeometry(disabled);
+                 s.api.rtcAttachGeometry(scene, disabled);
+                 s.api.rtcGetSceneBounds(scene, &bounds);
+               }),
       OnDevice("rtcGetSceneBounds", "after detaching", kOperation,
                [](auto& s) {
                  const RTCScene scene = s.SceneOf(s.Triangle());
