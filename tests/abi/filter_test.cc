@@ -56,6 +56,8 @@ class Tower {
     }
   }
 
+  RTCScene SceneOfInstance() const { return inner_; }
+
   Session s;
   RTCScene scene;
 
@@ -74,16 +76,17 @@ class Tower {
   }
 
   RTCGeometry InstanceFloor(float z) {
-    const RTCScene inner = s.NewScene();
-    s.api.rtcSetSceneFlags(inner, flags_);
-    s.api.rtcAttachGeometryByID(inner, Floor(kTypes[0], 0), kInnerId);
-    s.api.rtcCommitScene(inner);
-    const RTCGeometry instance = Instance(s, inner, z);
+    inner_ = s.NewScene();
+    s.api.rtcSetSceneFlags(inner_, flags_);
+    s.api.rtcAttachGeometryByID(inner_, Floor(kTypes[0], 0), kInnerId);
+    s.api.rtcCommitScene(inner_);
+    const RTCGeometry instance = Instance(s, inner_, z);
     s.api.rtcCommitGeometry(instance);
     return instance;
   }
 
   const RTCSceneFlags flags_;
+  RTCScene inner_ = nullptr;
   std::vector<RTCGeometry> filtered_;
 };
 
@@ -228,6 +231,21 @@ TEST_F(Filters, OfGeometriesAreForOneKindOfQuery) {
   }
 }
 
+// Packets that are not full, and streams of few rays.
+TEST_F(Filters, SeeNoRaysThatAreNotThere) {
+  for (const int count : {1, 3, 9}) {
+    SCOPED_TRACE(count);
+    ForEachCall([&](const Form& form, Query query) {
+      const auto trace = [&](Tower& tower) {
+        return TraceRow(tower.s, tower.scene, form, query, Reject, nullptr, count);
+      };
+      const Outcome actual = trace(ours);
+      ExpectSameOffers(actual.offers, trace(real).offers);
+      EXPECT_EQ(actual.idle_calls, 0);
+    });
+  }
+}
+
 // As with the real library, but for three things: its streams of a single record call with N = 1,
 // its calls for 16 rays are made of 8 without AVX-512, and so are its streams.
 TEST_F(Filters, AreCalledForAsManyRaysAsTheFormHas) {
@@ -327,6 +345,27 @@ TEST(DropInFilters, AreOfferedEachPairOnceByEveryMethod) {
 class FilterFunction : public OnBothLibraries {};
 INSTANTIATE_ON_BOTH_LIBRARIES(FilterFunction);
 
+TEST_P(FilterFunction, IsNotAskedAboutWhatIsMasked) {
+  Session s(GetParam()());
+  const RTCGeometry geometry = s.UncommittedTriangle();
+  s.api.rtcSetGeometryMask(geometry, 0xFF);
+  s.api.rtcSetGeometryUserData(geometry, &s);
+  s.api.rtcSetGeometryIntersectFilterFunction(geometry, FilterOfGeometry);
+  s.api.rtcSetGeometryOccludedFilterFunction(geometry, FilterOfGeometry);
+  s.api.rtcCommitGeometry(geometry);
+  const RTCScene scene = s.SceneOf(geometry);
+  ForEachCall([&](const Form& form, Query query) {
+    const std::vector<RTCRayHit> row = RowOfRays(form);
+    std::vector<bool> is_asked(kRays);
+    for (const Offer& offer : TraceRow(s, scene, form, query, Accept).offers) {
+      is_asked[offer.ray] = true;
+    }
+    for (int i = 0; i < kRays; ++i) {
+      EXPECT_EQ(is_asked[i], MeetsSquare(i) && (row[i].ray.mask & 0xFF) != 0) << "ray " << i;
+    }
+  });
+}
+
 /// A context for filter functions that trace rays themselves.
 struct NestedCall {
   RTCIntersectContext context;
@@ -423,6 +462,24 @@ TEST_F(ContextFilters, NeedTheFlagOfTheScene) {
     const Outcome outcome = TraceTower(ours, form, query, Accept, Reject);
     EXPECT_TRUE(outcome.context_offers.empty());
     EXPECT_FALSE(AreSame(outcome.rays[0], RowOfRays(form)[0]));
+  });
+}
+
+// A scene with the flag in one without.
+TEST_F(ContextFilters, NeedTheFlagOfAnInstancesScene) {
+  RTCScene scenes[2];
+  for (Tower* const tower : {&real_with_flag, &ours_with_flag}) {
+    const RTCGeometry instance = Instance(tower->s, tower->SceneOfInstance());
+    tower->s.api.rtcCommitGeometry(instance);
+    scenes[tower == &ours_with_flag] = tower->s.SceneOf(instance);
+  }
+  ForEachCall([&](const Form& form, Query query) {
+    const auto is_odd = [](const Offer& offer) { return offer.ray % 2 != 0; };
+    const Outcome expected = TraceRow(real_with_flag.s, scenes[0], form, query, Accept, is_odd);
+    const Outcome actual = TraceRow(ours_with_flag.s, scenes[1], form, query, Accept, is_odd);
+    ExpectSameOffers(actual.context_offers, expected.context_offers);
+    EXPECT_FALSE(actual.context_offers.empty());
+    ExpectSameRays(actual.rays, expected.rays);
   });
 }
 
