@@ -2,8 +2,9 @@
 // code, and each commit the same scene.
 //
 // Changes that the drop-in and the real library treat differently on purpose are followed by a
-// commit: buffers and transforms, of which the real library uses some parts without one. And what a
-// scene is after a commit that failed is not compared; the drop-in's stays as it was.
+// commit: buffers, transforms and instanced scenes, of which the real library uses some parts
+// without one. And what a scene is after a commit that failed is not compared; the drop-in's stays
+// as it was.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,6 +23,8 @@ constexpr unsigned int kWalks = 300;
 constexpr unsigned int kSteps = 150;
 constexpr unsigned int kGeometries = 4;
 constexpr unsigned int kScenes = 2;
+constexpr unsigned int kInner = 0;  ///< that instances show
+constexpr unsigned int kOuter = 1;  ///< that may have instances
 
 /// What a call was and what came of it.
 struct Note {
@@ -38,7 +41,10 @@ class Walk {
     for (unsigned int i = 0; i < kScenes; ++i) scenes_.push_back({s_.NewScene()});
     for (unsigned int i = 0; i < kGeometries; ++i) {
       const RTCGeometryType type = kSupportedTypes[Choose(std::size(kSupportedTypes))];
-      items_.push_back({type, UncommittedModel(s_, type), NameOf(type) + std::to_string(i)});
+      const RTCGeometry geometry = type == RTC_GEOMETRY_TYPE_INSTANCE
+                                       ? Instance(s_, scenes_[kInner].scene)
+                                       : UncommittedModel(s_, type);
+      items_.push_back({type, geometry, NameOf(type) + std::to_string(i)});
     }
     for (unsigned int i = 0; i < kSteps; ++i) Step();
   }
@@ -137,7 +143,9 @@ class Walk {
     }
   }
 
-  void Attach(const Item& item, const ItemScene& scene) {
+  void Attach(const Item& item, const ItemScene& chosen) {
+    const bool is_instance = item.type == RTC_GEOMETRY_TYPE_INSTANCE;
+    const ItemScene& scene = is_instance ? scenes_[kOuter] : chosen;
     const unsigned int id = Choose(6);
     switch (Choose(3)) {
       case 0:
@@ -172,9 +180,21 @@ class Walk {
     const RTCError code = s_.TakeError();
     if (!scene.failed) notes_.push_back({"bounds", code});
     if (Choose(2) == 0) return;
+    if (&scene == &scenes_[kOuter]) CommitInner();
     s_.api.rtcCommitScene(scene.scene);
     scene.failed = Add("commit of a scene") != RTC_ERROR_NONE;
-    if (!scene.failed) Look(scene.scene);
+    if (!scene.failed && !scenes_[kInner].failed) Look(scene.scene);
+  }
+
+  /// What the outer scene has instances of, and these.
+  void CommitInner() {
+    s_.api.rtcCommitScene(scenes_[kInner].scene);
+    scenes_[kInner].failed = Add("commit of the inner scene") != RTC_ERROR_NONE;
+    for (const Item& item : items_) {
+      if (item.type != RTC_GEOMETRY_TYPE_INSTANCE) continue;
+      s_.api.rtcCommitGeometry(item.geometry);
+      Add(item.name + ": commit");
+    }
   }
 
   /// Notes where the scene begins, ends and is hit, in steps that rounding does not reach.
