@@ -28,11 +28,10 @@ class Opening {
   const WeighedRange& operator[](size_t i) const { return children_[i]; }
 
   /// Splits children of more than `most` triangles, first those of the largest surface, until there
-  /// are eight; then, if there is room left, those of more than `enough`.
-  void Open(TriangleRef* refs, size_t most, size_t enough, SubsetScratch& scratch) {
+  /// are eight.
+  void Open(TriangleRef* refs, size_t most, SubsetScratch& scratch) {
     while (count_ < WideNode::kWidth) {
-      size_t open = Largest(most);
-      if (open == count_) open = Largest(enough);
+      const size_t open = Largest(most);
       if (open == count_) return;
       const WeighedChildren halves = SplitBySurface<Items>(refs, children_[open], scratch);
       std::copy_backward(children_ + open + 1, children_ + count_, children_ + count_ + 1);
@@ -77,7 +76,7 @@ class Opening {
 
 /// Makes nodes over ranges of references. `Leaves` says when a child is one, and what stands in its
 /// place:
-///   size_t most(), enough()                 as for Opening::Open
+///   size_t most()                           as for Opening::Open
 ///   bool IsLeaf(const WeighedRange&)
 ///   uint16_t Child(const WeighedRange&)     called for the leaves of a node one after the other
 ///   uint32_t first_other()                  asked before a node's leaves are
@@ -97,7 +96,7 @@ class NodeBuilder {
  private:
   bool BuildNode(const WeighedRange& range, size_t number) {
     Opening<Items> children(range);
-    children.Open(refs_, leaves_.most(), leaves_.enough(), scratch_);
+    children.Open(refs_, leaves_.most(), scratch_);
     WideNode& node = nodes_[number];
     children.Encode(range.range.bounds, node);
     node.first_node = static_cast<uint32_t>(count_);

@@ -23,7 +23,6 @@ namespace HWY_NAMESPACE {
 /// Leaves that are subsets of the next level.
 struct SubsetLeaves {
   size_t most() const { return most_triangles; }
-  size_t enough() const { return most_triangles / 4; }
   /// A cell alone can not be split here.
   bool IsLeaf(const WeighedRange& child) const {
     return child.weight <= most_triangles || child.range.count() == 1;

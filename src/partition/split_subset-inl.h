@@ -52,10 +52,8 @@ struct TriangleLeaves {
   // In a hall of 268,000 triangles partition and triangles took 9.0 bytes a triangle with leaves of
   // at most 8, 8.2 with 10, 7.4 with 12, and diffuse rays were as fast with each.
   static constexpr size_t kMost = 12;
-  static constexpr size_t kEnough = 4;
 
   size_t most() const { return kMost; }
-  size_t enough() const { return kEnough; }
   bool IsLeaf(const WeighedRange& child) const { return child.weight <= kMost; }
   uint16_t Child(const WeighedRange& child) const {
     return WideNode::Child(child.weight, child.range.begin);
