@@ -39,7 +39,11 @@ std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t
   if (!keeps) return plan.workers * shape.Bytes();
   const WorkspaceShape floor(triangles, CallPlan::Least(keeps, settings).piece_rays, keeps,
                              settings);
-  return std::max(plan.workers * shape.Bytes(), floor.Bytes()) + Grid::Bytes(triangles);
+  return std::max(plan.workers * shape.Bytes(), floor.Bytes()) + GridBytes(triangles);
+}
+
+std::size_t Device::Implementation::GridBytes(std::size_t triangles) const {
+  return Grid::Bytes(triangles, Grid::PartsFor(triangles, tasks.threads()));
 }
 
 Device::Device(const Settings& settings, MemoryMonitor monitor) {

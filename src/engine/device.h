@@ -16,6 +16,9 @@ class Device::Implementation {
   bool Keeps(std::size_t triangles, Keep keep) const;
   std::size_t BudgetBytes(std::size_t triangles) const;
 
+  /// What splitting a scene of so many triangles takes beside the workspaces.
+  std::size_t GridBytes(std::size_t triangles) const;
+
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t triangles, std::size_t rays, bool keeps) const;
 

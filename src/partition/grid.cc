@@ -1,5 +1,7 @@
 #include "partition/grid.h"
 
+#include <algorithm>
+
 namespace dacrt {
 namespace {
 
@@ -9,12 +11,17 @@ constexpr std::size_t kMostSubsets = WideNode::kWidth * Grid::kMostNodes;
 
 }  // namespace
 
-std::size_t Grid::Bytes(std::size_t triangles) {
-  return kMostCells * (sizeof(TriangleRef) + sizeof(uint32_t)) + kMostNodes * sizeof(WideNode) +
-         kMostSubsets * sizeof(CellRange) + triangles * (sizeof(uint32_t) + sizeof(uint16_t));
+std::size_t Grid::PartsFor(std::size_t triangles, std::size_t threads) {
+  return std::clamp<std::size_t>(triangles / kMostCells, 1, threads);
 }
 
-Grid::Grid(std::size_t count) : cells_an_axis(1), memory_(Bytes(count)) {
+std::size_t Grid::Bytes(std::size_t triangles, std::size_t parts) {
+  return parts * kMostCells * (sizeof(TriangleRef) + sizeof(uint32_t)) +
+         kMostNodes * sizeof(WideNode) + kMostSubsets * sizeof(CellRange) +
+         triangles * (sizeof(uint32_t) + sizeof(uint16_t));
+}
+
+Grid::Grid(std::size_t count, std::size_t parts) : cells_an_axis(1), memory_(Bytes(count, parts)) {
   while (cells_an_axis < kMostCellsAnAxis && CellCount() < count) ++cells_an_axis;
   std::byte* next = memory_.data();
   const auto cut = [&next]<class T>(T*& array, std::size_t size) {
@@ -22,9 +29,9 @@ Grid::Grid(std::size_t count) : cells_an_axis(1), memory_(Bytes(count)) {
     next += size * sizeof(T);
   };
   cut(nodes, kMostNodes);
-  cut(cells, kMostCells);
+  cut(cells, parts * kMostCells);
   cut(subsets, kMostSubsets);
-  cut(place, kMostCells);
+  cut(place, parts * kMostCells);
   cut(triangles, count);
   cut(cell_of, count);
 }

@@ -17,11 +17,15 @@ class Grid {
   static constexpr uint32_t kMostCellsAnAxis = 32;
   static constexpr std::size_t kMostNodes = 8 * 1024;
 
-  /// Throws std::bad_alloc.
-  explicit Grid(std::size_t triangles);
+  /// Parts of the triangles that threads sort side by side, each into cells of its own: one for
+  /// each thread, but none that is too small to be worth its cells.
+  static std::size_t PartsFor(std::size_t triangles, std::size_t threads);
 
-  /// Bytes of a grid for `triangles` triangles.
-  static std::size_t Bytes(std::size_t triangles);
+  /// Throws std::bad_alloc.
+  Grid(std::size_t triangles, std::size_t parts);
+
+  /// Bytes of a grid for `triangles` triangles in `parts` parts.
+  static std::size_t Bytes(std::size_t triangles, std::size_t parts);
 
   std::size_t CellCount() const {
     return std::size_t{cells_an_axis} * cells_an_axis * cells_an_axis;
@@ -33,9 +37,14 @@ class Grid {
     uint32_t end;
   };
 
+  /// The cells as one part sees them. In the end the first part's are those of all that are not
+  /// empty.
+  TriangleRef* cells_of(std::size_t part) const { return cells + part * CellCount(); }
+  uint32_t* place_of(std::size_t part) const { return place + part * CellCount(); }
+
   uint32_t cells_an_axis;  ///< not more cells than triangles
   TriangleRef* cells;      ///< bounds, `primitive` is the cell's number, `mesh` its triangles
-  uint32_t* place;         ///< by the cell's number: where its next triangle goes
+  uint32_t* place;         ///< by the cell's number: its triangles, then where the next one goes
   WideNode* nodes;         ///< over the cells; kMostNodes
   CellRange* subsets;      ///< that the cells became
   uint32_t* triangles;     ///< a copy, in the old order

@@ -12,9 +12,11 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "partition/grid.h"
 #include "partition/split_subset-inl.h"
+#include "runtime/tasks.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -43,45 +45,89 @@ struct SubsetLeaves {
   size_t first = 0;
 };
 
-/// Sorts the triangles of a subset into cells. Returns the number of those that are not empty,
-/// which then stand first in grid.cells.
-inline size_t SortIntoCells(KeptPartition& kept, std::span<const uint32_t> triangles,
-                            const Box& centers, Grid& grid) {
+/// Where the triangles of a subset belong, which are sorted in parts.
+struct GridMap {
+  GridMap(const Box& centers, uint32_t cells_an_axis)
+      : bins(centers, cells_an_axis),
+        by_order(!bins.IsUseful(0) && !bins.IsUseful(1) && !bins.IsUseful(2)) {}
+
+  BinMap bins;
+  bool by_order;  ///< triangles with one centre are told apart by their order
+};
+
+/// Triangles [begin, end) of a subset: a part of them, or all.
+struct GridPart {
+  size_t number;
+  size_t begin;
+  size_t end;
+};
+
+/// Sorts a part of the triangles into its cells.
+inline void SortIntoCells(KeptPartition& kept, std::span<const uint32_t> triangles,
+                          const GridMap& map, const GridPart& part, Grid& grid) {
+  TriangleRef* const cells = grid.cells_of(part.number);
+  uint32_t* const place = grid.place_of(part.number);
   for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
     const Box empty = Box::Empty();
-    std::copy_n(empty.lower, 3, grid.cells[cell].lower);
-    std::copy_n(empty.upper, 3, grid.cells[cell].upper);
-    grid.place[cell] = 0;
+    std::copy_n(empty.lower, 3, cells[cell].lower);
+    std::copy_n(empty.upper, 3, cells[cell].upper);
+    place[cell] = 0;
   }
-  const BinMap map(centers, grid.cells_an_axis);
-  // Triangles with one centre are told apart by their order.
-  const bool by_order = !map.IsUseful(0) && !map.IsUseful(1) && !map.IsUseful(2);
-  for (size_t i = 0; i < triangles.size(); ++i) {
+  for (size_t i = part.begin; i < part.end; ++i) {
     const auto [lower, upper] = BoundUsable(kept.meshes(), kept.meshes().Locate(triangles[i]));
     HWY_ALIGN int32_t number[4];
-    map.Map(TwiceCenter(lower, upper), number);
-    const size_t cell = by_order
+    map.bins.Map(TwiceCenter(lower, upper), number);
+    const size_t cell = map.by_order
                             ? i * grid.CellCount() / triangles.size()
                             : (static_cast<size_t>(number[2]) * grid.cells_an_axis + number[1]) *
                                       grid.cells_an_axis +
                                   number[0];
     grid.triangles[i] = triangles[i];
     grid.cell_of[i] = static_cast<uint16_t>(cell);
-    TriangleRef& bounds = grid.cells[cell];
+    TriangleRef& bounds = cells[cell];
     Min(Corner::Load(bounds.lower), lower).Store(bounds.lower);
     Max(Corner::Load(bounds.upper), upper).Store(bounds.upper);
-    ++grid.place[cell];
+    ++place[cell];
   }
+}
+
+/// Joins the cells of all parts. Returns the number of those that are not empty, which then stand
+/// first in grid.cells.
+inline size_t JoinCells(Grid& grid, size_t parts) {
   size_t used = 0;
   for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
-    if (grid.place[cell] == 0) continue;
+    Corner lower = Corner::Load(grid.cells[cell].lower);
+    Corner upper = Corner::Load(grid.cells[cell].upper);
+    uint32_t count = grid.place[cell];
+    for (size_t part = 1; part < parts; ++part) {
+      const TriangleRef& bounds = grid.cells_of(part)[cell];
+      lower = Min(lower, Corner::Load(bounds.lower));
+      upper = Max(upper, Corner::Load(bounds.upper));
+      count += grid.place_of(part)[cell];
+    }
+    if (count == 0) continue;
     TriangleRef& ref = grid.cells[used++];
-    ref = grid.cells[cell];
-    // The names are scrap so far.
+    lower.Store(ref.lower);
+    upper.Store(ref.upper);
     ref.primitive = static_cast<uint32_t>(cell);
-    ref.mesh = grid.place[cell];
+    ref.mesh = count;
   }
   return used;
+}
+
+/// Gives the triangles of a cell, part by part, the places from `next` on.
+inline void PlaceCell(Grid& grid, size_t parts, size_t cell, uint32_t& next) {
+  for (size_t part = 0; part < parts; ++part) {
+    next += std::exchange(grid.place_of(part)[cell], next);
+  }
+}
+
+/// Moves a part of the triangles to their places.
+inline void MoveToPlaces(std::span<uint32_t> triangles, const GridPart& part, const Grid& grid) {
+  uint32_t* const place = grid.place_of(part.number);
+  for (size_t i = part.begin; i < part.end; ++i) {
+    triangles[place[grid.cell_of[i]]++] = grid.triangles[i];
+  }
 }
 
 inline Box CentersOf(KeptPartition& kept, std::span<const uint32_t> triangles) {
@@ -93,13 +139,24 @@ inline Box CentersOf(KeptPartition& kept, std::span<const uint32_t> triangles) {
   return centers.Get();
 }
 
-/// Returns the number of the root, or Subset::kNoRoom.
-inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch) {
+/// Returns the number of the root, or Subset::kNoRoom. Where `tasks` is not null its threads work
+/// together.
+inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch,
+                            TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
   const Box centers = is_all ? kept.centers() : CentersOf(kept, triangles);
-  Grid grid(subset.count);
-  const size_t cells = SortIntoCells(kept, triangles, centers, grid);
+  const size_t parts = tasks ? Grid::PartsFor(subset.count, tasks->threads()) : 1;
+  Grid grid(subset.count, parts);
+  const auto for_each_part = [&](const auto& body) {
+    const auto call = [&](size_t i) {
+      body(GridPart{i, i * subset.count / parts, (i + 1) * subset.count / parts});
+    };
+    parts == 1 ? call(0) : tasks->ForEach(parts, call);
+  };
+  const GridMap map(centers, grid.cells_an_axis);
+  for_each_part([&](const GridPart& part) { SortIntoCells(kept, triangles, map, part, grid); });
+  const size_t cells = JoinCells(grid, parts);
 
   const WeighedRange all{MeasureTriangles(grid.cells, 0, cells), subset.count};
   const std::span<WideNode> nodes(grid.nodes, Grid::kMostNodes);
@@ -121,21 +178,19 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
     // Children were listed in the order of their cells within a node only; so each takes its
     // triangles from where the last one ended.
     for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
-      grid.place[grid.cells[cell].primitive] = next;
-      next += grid.cells[cell].mesh;
+      PlaceCell(grid, parts, grid.cells[cell].primitive, next);
     }
     child.count = subset.begin + next - child.begin;
     child.root = Subset::kUnsplit;
   }
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    triangles[grid.place[grid.cell_of[i]]++] = grid.triangles[i];
-  }
+  for_each_part([&](const GridPart& part) { MoveToPlaces(triangles, part, grid); });
   return root;
 }
 
 /// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if it can not be.
-/// Threads that come while another one splits it wait.
-inline uint32_t RootOf(KeptPartition& kept, uint32_t number, SubsetScratch& scratch) {
+/// Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
+inline uint32_t RootOf(KeptPartition& kept, uint32_t number, SubsetScratch& scratch,
+                       TaskPool* tasks = nullptr) {
   Subset& subset = kept.subset(number);
   uint32_t root = subset.root.load(std::memory_order_acquire);
   if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
@@ -147,7 +202,7 @@ inline uint32_t RootOf(KeptPartition& kept, uint32_t number, SubsetScratch& scra
   uint32_t next;  // what those that come later find
   try {
     next = root = subset.count > SubsetScratch::kTriangles
-                      ? SplitByGrid(kept, subset, scratch)
+                      ? SplitByGrid(kept, subset, scratch, tasks)
                       : SplitSmallSubset(kept, subset, scratch);
   } catch (const std::bad_alloc&) {
     root = Subset::kNoRoom;

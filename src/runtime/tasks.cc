@@ -27,14 +27,15 @@ void TaskPool::ForEach(std::size_t count, const std::function<void(std::size_t)>
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
-  arena_->arena.execute([&] {
+  const auto run = [&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
         },
         tbb::simple_partitioner());
-  });
+  };
+  arena_->arena.execute([&] { tbb::this_task_arena::isolate(run); });
 }
 
 }  // namespace dacrt

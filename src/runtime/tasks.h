@@ -20,7 +20,8 @@ class TaskPool {
   std::size_t threads() const { return threads_; }
 
   /// Calls body(0) to body(count - 1), on several threads, and returns when all are done. One of
-  /// them throws what a body throws.
+  /// them throws what a body throws. Meanwhile the caller works on nothing else, so it may hold
+  /// what other bodies wait for.
   void ForEach(std::size_t count, const std::function<void(std::size_t)>& body);
 
  private:

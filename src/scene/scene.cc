@@ -108,6 +108,10 @@ class Scene::Implementation {
     std::deque<WorkerMemory> workspaces;
     ReserveWorkspaces(plan, workspaces);
     Statistics statistics;
+    // With all threads, because nobody could do anything else before it is done.
+    if (parts.kept && !has_callbacks) {
+      Engine().kernels.split_all(*parts.kept, workspaces[0].own->scratch().subset, Engine().tasks);
+    }
     std::mutex mutex;
     std::atomic<std::size_t> next_piece{0};
     Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
@@ -136,7 +140,7 @@ class Scene::Implementation {
       const SceneParts& inner = scene->implementation_->parts;
       if (inner.kept) largest = std::max(largest, inner.triangle_count);
     }
-    return bytes + (largest > 0 ? Grid::Bytes(largest) : 0);
+    return bytes + (largest > 0 ? Engine().GridBytes(largest) : 0);
   }
 
   std::shared_ptr<Device> device;

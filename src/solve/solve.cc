@@ -43,6 +43,10 @@ size_t StorePiece(Query query, const RayView& view, size_t first, const SolveTas
   return StoreClosest(view, first, task.meshes, task.batch, rays, task.scratch.triangles);
 }
 
+void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
+  RootOf(kept, 0, scratch, &tasks);
+}
+
 void QueryPointIn(PointTask& task, const SceneParts& scene) {
   PointWalk(task, scene, task.query.to_scene, nullptr).Walk();
 }
@@ -50,7 +54,7 @@ void QueryPointIn(PointTask& task, const SceneParts& scene) {
 }  // namespace
 
 const Kernels* GetKernels() {
-  static constexpr Kernels kKernels{SolvePiece, ListTriangles, StorePiece, QueryPointIn};
+  static constexpr Kernels kKernels{SolvePiece, ListTriangles, SplitAll, StorePiece, QueryPointIn};
   return &kKernels;
 }
 

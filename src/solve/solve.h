@@ -16,6 +16,8 @@ struct Kernels {
                 const RayBlock& rays);
   /// Lists the triangles of a scene.
   ListFunction list;
+  /// Splits the whole of a scene, if that is not done yet, with the threads of `tasks`.
+  void (*split_all)(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks);
   /// Writes the hits to the caller's records; returns their number.
   std::size_t (*store)(Query query, const RayView& view, std::size_t first, const SolveTask& task,
                        const RayBlock& rays);

@@ -14,6 +14,7 @@
 
 #include "dacrt/dacrt.h"
 #include "partition/grid.h"
+#include "runtime/tasks.h"
 #include "unit_test.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -69,6 +70,10 @@ constexpr std::size_t kProcessAllowance = 512 * 1024;
 
 /// Each thread more has its list of workspaces, its counters and its tasks.
 std::size_t HeapAllowance(std::size_t threads) { return kHeapAllowance * threads; }
+
+std::size_t GridBytes(std::size_t triangles, std::size_t threads) {
+  return Grid::Bytes(triangles, Grid::PartsFor(triangles, TaskPool(threads).threads()));
+}
 
 /// A line of /proc/self/status in bytes; 0 if there is none.
 std::size_t StatusBytes(const std::string& key) {
@@ -148,7 +153,7 @@ TEST_P(MemoryTest, ACallTakesNoMoreThanTheFormulaSays) {
   if (kept == 0) {
     EXPECT_EQ(held, promised);
   } else {
-    EXPECT_EQ(held, promised - Grid::Bytes(parameters.triangles));
+    EXPECT_EQ(held, promised - GridBytes(parameters.triangles, parameters.threads));
   }
   EXPECT_LE(scene.KeptBytesUsed(), kept);
   if (DACRT_TEST_SANITIZED) return;
@@ -210,7 +215,7 @@ TEST(MemoryGrowthTest, AWorkspaceGrowsToTheLargestCall) {
     settings.threads = 1;
     const auto device = std::make_shared<Device>(settings);
     const Scene scene(device, {&mesh_view, 1});
-    const std::size_t grid = budget == 0 ? 0 : Grid::Bytes(mesh.triangles.size());
+    const std::size_t grid = budget == 0 ? 0 : GridBytes(mesh.triangles.size(), 1);
     std::size_t largest = 0;
     for (const std::size_t count : {10u, 5000u, 100u, 20000u, 1u}) {
       auto rays = unit::MakeRays(random, count, 1);
