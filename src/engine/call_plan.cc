@@ -13,9 +13,10 @@ namespace {
 /// of 16,384, 182 in 65,536, 180 in 262,144.
 constexpr std::size_t kKeptPieceRays = 65536;
 
-/// Pieces a thread, so that threads end together; but none so small that threads are busier with
-/// pieces than with rays.
-constexpr std::size_t kPiecesAThread = 4;
+/// A thread takes this part of its share of the rays that are left, so that large pieces come first
+/// and threads end together; but never so few that it is busier with pieces than with rays.
+/// Polychronopoulos, Kuck, "Guided self-scheduling", IEEE Transactions on Computers, 1987.
+constexpr double kPartOfShare = 0.75;
 constexpr std::size_t kLeastShare = 1024;
 
 /// Below this a piece is not worth its call, and there is nothing to gain: the constant part of the
@@ -28,10 +29,18 @@ CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Sett
     : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)), workers(1), can_shrink_(keeps) {
   if (!keeps) return;
   piece_rays = std::min(piece_rays, kKeptPieceRays);
-  if (threads == 1) return;
-  const std::size_t share = rays / (threads * kPiecesAThread);
-  piece_rays = std::min(piece_rays, std::max(share, kLeastShare));
-  workers = std::min(threads, PieceCount(rays));
+  const std::size_t least = std::min(piece_rays, kLeastShare);
+  workers = std::min(threads, (rays + least - 1) / least);
+  piece_rays = NextPiece(rays);
+}
+
+std::size_t CallPlan::NextPiece(std::size_t left) const {
+  std::size_t count = std::min(left, piece_rays);
+  if (workers > 1) {
+    const double share = static_cast<double>(left) / static_cast<double>(workers);
+    count = std::min(count, std::max(static_cast<std::size_t>(kPartOfShare * share), kLeastShare));
+  }
+  return count;
 }
 
 bool CallPlan::Shrink() {

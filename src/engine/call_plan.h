@@ -19,9 +19,10 @@ struct CallPlan {
   /// The plan that every call can fall back to: one thread, and the smallest pieces.
   static CallPlan Least(bool keeps, const Settings& settings);
 
-  std::size_t PieceCount(std::size_t rays) const { return (rays + piece_rays - 1) / piece_rays; }
+  /// How many rays the next piece has where `left` are left.
+  std::size_t NextPiece(std::size_t left) const;
 
-  std::size_t piece_rays;
+  std::size_t piece_rays;  ///< of the largest piece
   std::size_t workers;  ///< threads that each need a workspace
 
  private:

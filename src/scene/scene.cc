@@ -113,10 +113,9 @@ class Scene::Implementation {
       Engine().kernels.split_all(*parts.kept, workspaces[0].own->scratch().subset, Engine().tasks);
     }
     std::mutex mutex;
-    std::atomic<std::size_t> next_piece{0};
+    std::atomic<std::size_t> next_ray{0};
     Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
-      const Statistics own =
-          TracePieces(query, rays, options, plan, next_piece, workspaces[worker]);
+      const Statistics own = TracePieces(query, rays, options, plan, next_ray, workspaces[worker]);
       const std::lock_guard lock(mutex);
       statistics += own;
     });
@@ -245,7 +244,7 @@ class Scene::Implementation {
 
   /// Works on pieces until none is left.
   Statistics TracePieces(Query query, const RayView& rays, const CallOptions& options,
-                         const CallPlan& plan, std::atomic<std::size_t>& next_piece,
+                         const CallPlan& plan, std::atomic<std::size_t>& next_ray,
                          WorkerMemory& memory) const {
     const Device::Implementation& engine = Engine();
     const MeshTable& meshes = parts.meshes;
@@ -254,9 +253,9 @@ class Scene::Implementation {
     Statistics statistics;
     StepClock clock;
     std::optional<TriangleRange> triangles;
-    for (std::size_t piece; (piece = next_piece++) < plan.PieceCount(rays.count);) {
-      const std::size_t first = piece * plan.piece_rays;
-      const std::size_t count = std::min(plan.piece_rays, rays.count - first);
+    for (std::size_t first = next_ray; first < rays.count;) {
+      const std::size_t count = plan.NextPiece(rays.count - first);
+      if (!next_ray.compare_exchange_weak(first, first + count)) continue;
       RayBatch batch = workspace->batch();
       PacketBatch packets = workspace->packets();
       const CallFrame frame{rays,
@@ -290,6 +289,7 @@ class Scene::Implementation {
       statistics.hits += engine.kernels.store(query, rays, first, task, active);
       statistics.rays += active.count;
       ++statistics.pieces;
+      first = next_ray;
     }
     TakeSeconds(clock, statistics);
     return statistics;

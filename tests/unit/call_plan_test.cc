@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit_test.h"
 
 namespace dacrt {
@@ -16,6 +18,20 @@ Settings WithPieces(uint32_t piece_rays) {
   return settings;
 }
 
+/// Fails if a piece is empty, or larger than the plan says, or than the one before it.
+std::size_t CountPieces(const CallPlan& plan, std::size_t rays) {
+  std::size_t pieces = 0, last = plan.piece_rays;
+  for (std::size_t left = rays; left > 0; ++pieces) {
+    const std::size_t next = plan.NextPiece(left);
+    EXPECT_GE(next, 1u);
+    EXPECT_LE(next, std::min(last, left));
+    if (next == 0 || next > left) break;
+    last = next;
+    left -= next;
+  }
+  return pieces;
+}
+
 // Pieces hold all rays, none is empty, and none is larger than the settings say.
 TEST(CallPlanTest, PiecesHoldAllRays) {
   for (const std::size_t rays : kRayCounts) {
@@ -26,13 +42,10 @@ TEST(CallPlanTest, PiecesHoldAllRays) {
           ASSERT_GE(plan.piece_rays, 1u);
           ASSERT_LE(plan.piece_rays, most);
           ASSERT_LE(plan.piece_rays, rays);
-          const std::size_t pieces = plan.PieceCount(rays);
-          ASSERT_GE(pieces * plan.piece_rays, rays);
-          ASSERT_LT((pieces - 1) * plan.piece_rays, rays);
           // No workspace without work.
           ASSERT_GE(plan.workers, 1u);
           ASSERT_LE(plan.workers, threads);
-          ASSERT_LE(plan.workers, pieces);
+          ASSERT_LE(plan.workers, CountPieces(plan, rays));
         }
       }
     }
@@ -53,8 +66,11 @@ TEST(CallPlanTest, WithoutAKeptPartitionPiecesAreAsLargeAsTheSettingsSay) {
 TEST(CallPlanTest, ThreadsShareTheRays) {
   const CallPlan many(1000000, 8, true, Settings());
   EXPECT_EQ(many.workers, 8u);
-  EXPECT_GE(many.PieceCount(1000000), 16u);
-  EXPECT_GE(many.piece_rays, 1024u);
+  EXPECT_GE(CountPieces(many, 1000000), 16u);
+  EXPECT_EQ(many.NextPiece(1000000), many.piece_rays);
+  EXPECT_GE(many.NextPiece(5000), 1024u);
+  // No thread is left with a large piece while the others have none.
+  EXPECT_LE(many.NextPiece(100000), 100000u / 8);
   const CallPlan few(1000, 8, true, Settings());
   EXPECT_EQ(few.workers, 1u);
   EXPECT_EQ(few.piece_rays, 1000u);
@@ -85,7 +101,7 @@ TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
       EXPECT_EQ(plan.workers, 1u);
       EXPECT_LE(plan.piece_rays, 1024u);
       EXPECT_FALSE(plan.Shrink());
-      EXPECT_GE(plan.PieceCount(rays) * plan.piece_rays, rays);
+      EXPECT_GE(CountPieces(plan, rays) * plan.piece_rays, rays);
     }
   }
 }
