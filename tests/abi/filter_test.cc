@@ -388,6 +388,54 @@ TEST_P(FilterFunction, IsNotAskedAboutWhatIsMasked) {
   });
 }
 
+/// Accepts nothing, and expects that rays are in the lanes that their IDs say.
+void ExpectOwnLane(const RTCFilterFunctionNArguments* args) {
+  auto& call = *reinterpret_cast<PairCall*>(const_cast<RTCIntersectContext*>(args->context));
+  for (unsigned int lane = 0; lane < args->N; ++lane) {
+    if (args->valid[lane] == 0) continue;
+    args->valid[lane] = 0;
+    const unsigned int id = RTCRayN_id(args->ray, args->N, lane);
+    EXPECT_EQ(id % args->N, lane);
+    call.pairs.emplace_back(id, 0);
+  }
+}
+
+/// Traces a packet of rays that all hit, of which every third lane is valid.
+template <unsigned int kLanes, class Packet, class Function>
+void ExpectLanesOfPacket(Function function, RTCScene scene) {
+  alignas(64) int valid[kLanes];
+  alignas(64) Packet packet{};
+  auto* const rays = reinterpret_cast<RTCRayN*>(&packet);  // which come first where there are hits
+  std::size_t valid_count = 0;
+  for (unsigned int lane = 0; lane < kLanes; ++lane) {
+    valid[lane] = lane % 3 == 1 ? -1 : 0;
+    valid_count += valid[lane] != 0;
+    RTCRay ray = RayAt(0.2f).ray;
+    ray.id = lane;
+    SetLane(rays, kLanes, lane, ray);
+  }
+  PairCall call{};
+  rtcInitIntersectContext(&call.context);
+  function(valid, scene, &call.context, &packet);
+  EXPECT_EQ(call.pairs.size(), valid_count);
+}
+
+// Programs that trace packets keep what belongs to a ray by its lane.
+TEST_P(FilterFunction, SeesRaysOfPacketsInTheirLanes) {
+  Session s(GetParam()());
+  const RTCGeometry geometry = s.UncommittedTriangle();
+  s.api.rtcSetGeometryIntersectFilterFunction(geometry, ExpectOwnLane);
+  s.api.rtcSetGeometryOccludedFilterFunction(geometry, ExpectOwnLane);
+  s.api.rtcCommitGeometry(geometry);
+  const RTCScene scene = s.SceneOf(geometry);
+  ExpectLanesOfPacket<4, RTCRayHit4>(s.api.rtcIntersect4, scene);
+  ExpectLanesOfPacket<8, RTCRayHit8>(s.api.rtcIntersect8, scene);
+  ExpectLanesOfPacket<16, RTCRayHit16>(s.api.rtcIntersect16, scene);
+  ExpectLanesOfPacket<4, RTCRay4>(s.api.rtcOccluded4, scene);
+  ExpectLanesOfPacket<8, RTCRay8>(s.api.rtcOccluded8, scene);
+  ExpectLanesOfPacket<16, RTCRay16>(s.api.rtcOccluded16, scene);
+}
+
 /// A context for filter functions that trace rays themselves.
 struct NestedCall {
   RTCIntersectContext context;

@@ -42,6 +42,16 @@ RTCRayHit RayNumber(int number) {
 
 bool MeetsSquare(int number) { return !Misses(number) && !IsInactive(number); }
 
+void SetLane(RTCRayN* rays, unsigned int lanes, unsigned int lane, const RTCRay& ray) {
+  float values[sizeof(RTCRay) / sizeof(float)];
+  std::memcpy(values, &ray, sizeof ray);
+  float* to = reinterpret_cast<float*>(rays) + lane;
+  for (const float value : values) {
+    std::memcpy(to, &value, sizeof value);  // which may be no float
+    to += lanes;
+  }
+}
+
 int NumberOf(float org_x) {
   return static_cast<int>(std::lround((org_x - (org_x > 4 ? 5 : 0.3f)) * 100));
 }

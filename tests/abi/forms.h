@@ -37,6 +37,9 @@ inline constexpr int kRays = 40;
 std::vector<RTCRayHit> RowOfRays(const Form& form = {});
 bool MeetsSquare(int number);
 
+/// Makes `ray` the one in this lane of a packet. Embree's headers have no function for that.
+void SetLane(RTCRayN* rays, unsigned int lanes, unsigned int lane, const RTCRay& ray);
+
 /// The number in the row of the ray that starts at this x.
 int NumberOf(float org_x);
 

@@ -118,14 +118,7 @@ void ExpectDistances(Function function, RTCScene scene, float hit) {
   alignas(64) Packet packet{};
   const RTCRay ray = RayAt(0.2f).ray;
   auto* const rays = reinterpret_cast<RTCRayN*>(&packet);  // which come first where there are hits
-  for (int lane = 0; lane < kLanes; ++lane) {
-    RTCRayN_org_x(rays, kLanes, lane) = ray.org_x;
-    RTCRayN_org_y(rays, kLanes, lane) = ray.org_y;
-    RTCRayN_org_z(rays, kLanes, lane) = ray.org_z;
-    RTCRayN_dir_z(rays, kLanes, lane) = ray.dir_z;
-    RTCRayN_tfar(rays, kLanes, lane) = ray.tfar;
-    RTCRayN_mask(rays, kLanes, lane) = ray.mask;
-  }
+  for (int lane = 0; lane < kLanes; ++lane) SetLane(rays, kLanes, lane, ray);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   function(valid, scene, &context, &packet);
