@@ -400,26 +400,6 @@ void ExpectOwnLane(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-/// Traces a packet of rays that all hit, of which every third lane is valid.
-template <unsigned int kLanes, class Packet, class Function>
-void ExpectLanesOfPacket(Function function, RTCScene scene) {
-  alignas(64) int valid[kLanes];
-  alignas(64) Packet packet{};
-  auto* const rays = reinterpret_cast<RTCRayN*>(&packet);  // which come first where there are hits
-  std::size_t valid_count = 0;
-  for (unsigned int lane = 0; lane < kLanes; ++lane) {
-    valid[lane] = lane % 3 == 1 ? -1 : 0;
-    valid_count += valid[lane] != 0;
-    RTCRay ray = RayAt(0.2f).ray;
-    ray.id = lane;
-    SetLane(rays, kLanes, lane, ray);
-  }
-  PairCall call{};
-  rtcInitIntersectContext(&call.context);
-  function(valid, scene, &call.context, &packet);
-  EXPECT_EQ(call.pairs.size(), valid_count);
-}
-
 // Programs that trace packets keep what belongs to a ray by its lane.
 TEST_P(FilterFunction, SeesRaysOfPacketsInTheirLanes) {
   Session s(GetParam()());
@@ -428,12 +408,10 @@ TEST_P(FilterFunction, SeesRaysOfPacketsInTheirLanes) {
   s.api.rtcSetGeometryOccludedFilterFunction(geometry, ExpectOwnLane);
   s.api.rtcCommitGeometry(geometry);
   const RTCScene scene = s.SceneOf(geometry);
-  ExpectLanesOfPacket<4, RTCRayHit4>(s.api.rtcIntersect4, scene);
-  ExpectLanesOfPacket<8, RTCRayHit8>(s.api.rtcIntersect8, scene);
-  ExpectLanesOfPacket<16, RTCRayHit16>(s.api.rtcIntersect16, scene);
-  ExpectLanesOfPacket<4, RTCRay4>(s.api.rtcOccluded4, scene);
-  ExpectLanesOfPacket<8, RTCRay8>(s.api.rtcOccluded8, scene);
-  ExpectLanesOfPacket<16, RTCRay16>(s.api.rtcOccluded16, scene);
+  PairCall call{};
+  rtcInitIntersectContext(&call.context);
+  const std::size_t valid_rays = TraceThirdsOfPackets(s.api, scene, call.context);
+  EXPECT_EQ(call.pairs.size(), valid_rays);
 }
 
 /// A context for filter functions that trace rays themselves.

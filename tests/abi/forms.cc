@@ -52,6 +52,35 @@ void SetLane(RTCRayN* rays, unsigned int lanes, unsigned int lane, const RTCRay&
   }
 }
 
+namespace {
+
+template <unsigned int kLanes, class Packet, class Function>
+std::size_t TraceThirds(Function function, RTCScene scene, RTCIntersectContext& context) {
+  alignas(64) int valid[kLanes];
+  alignas(64) Packet packet{};
+  std::size_t valid_count = 0;
+  for (unsigned int lane = 0; lane < kLanes; ++lane) {
+    valid[lane] = lane % 3 == 1 ? -1 : 0;
+    valid_count += lane % 3 == 1;
+    RTCRay ray = RayNumber(0).ray;
+    ray.id = lane;
+    SetLane(reinterpret_cast<RTCRayN*>(&packet), kLanes, lane, ray);
+  }
+  function(valid, scene, &context, &packet);
+  return valid_count;
+}
+
+}  // namespace
+
+std::size_t TraceThirdsOfPackets(const Api& api, RTCScene scene, RTCIntersectContext& context) {
+  return TraceThirds<4, RTCRayHit4>(api.rtcIntersect4, scene, context) +
+         TraceThirds<8, RTCRayHit8>(api.rtcIntersect8, scene, context) +
+         TraceThirds<16, RTCRayHit16>(api.rtcIntersect16, scene, context) +
+         TraceThirds<4, RTCRay4>(api.rtcOccluded4, scene, context) +
+         TraceThirds<8, RTCRay8>(api.rtcOccluded8, scene, context) +
+         TraceThirds<16, RTCRay16>(api.rtcOccluded16, scene, context);
+}
+
 int NumberOf(float org_x) {
   return static_cast<int>(std::lround((org_x - (org_x > 4 ? 5 : 0.3f)) * 100));
 }

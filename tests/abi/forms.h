@@ -43,6 +43,10 @@ void SetLane(RTCRayN* rays, unsigned int lanes, unsigned int lane, const RTCRay&
 /// The number in the row of the ray that starts at this x.
 int NumberOf(float org_x);
 
+/// Traces packets of 4, 8 and 16 rays that meet the square, with their lanes for IDs, of which
+/// every third is valid; both queries. Returns how many valid rays there are.
+std::size_t TraceThirdsOfPackets(const Api& api, RTCScene scene, RTCIntersectContext& context);
+
 /// Traces a copy of `rays`, as the function of streams.h does.
 std::vector<RTCRayHit> Trace(const Api& api, RTCScene scene, RTCIntersectContext& context,
                              const Form& form, Query query, std::span<const RTCRayHit> rays);
