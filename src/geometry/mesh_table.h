@@ -62,13 +62,17 @@ class MeshTable {
   /// Whether every mesh accepts every ray whose mask holds `mask`.
   bool AllAccept(uint32_t mask) const;
 
+  /// Where the indices of a triangle's corners stand; of meshes of triangles.
+  const char* IndicesOf(uint32_t mesh, uint32_t primitive) const {
+    const TriangleMesh& m = meshes_[mesh];
+    return static_cast<const char*>(m.triangles) + std::size_t{primitive} * m.triangle_stride;
+  }
+
   /// Reads the corners. False, and nothing read outside the vertices, if an index is too large.
   bool ReadCorners(uint32_t mesh, uint32_t primitive, Corners& corners) const {
     const TriangleMesh& m = meshes_[mesh];
     uint32_t index[3];
-    std::memcpy(index,
-                static_cast<const char*>(m.triangles) + std::size_t{primitive} * m.triangle_stride,
-                sizeof(index));
+    std::memcpy(index, IndicesOf(mesh, primitive), sizeof(index));
     if (index[0] >= m.vertex_count || index[1] >= m.vertex_count || index[2] >= m.vertex_count) {
       return false;
     }

@@ -63,6 +63,7 @@ class KeptPartition {
   /// The numbers of the triangles (see MeshTable::Number), in the kept order. Those of a subset may
   /// be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
+  std::span<const uint32_t> triangles() const { return triangles_; }
   const WideNode& node(uint32_t number) const { return nodes_[number]; }
   /// Subset 0 is the whole scene.
   Subset& subset(uint32_t number) { return subsets_[number]; }

@@ -8,6 +8,8 @@
 #define DACRT_SOLVE_SOLVE_FEW_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,6 +42,25 @@ HWY_INLINE bool GatherKept(const SolveTask& task, size_t begin, size_t count, si
   }
   GatherTriangles(task.meshes, count, name, task.scratch.triangles);
   return true;
+}
+
+/// Asks for the memory of child i of `node`, which will be needed soon.
+HWY_INLINE void PrefetchChild(const KeptPartition& kept, const WideNode& node, size_t i) {
+  if (node.IsLeaf(i)) {
+    hwy::Prefetch(kept.triangles().data() + node.Number(i));
+  } else if (!node.IsSubset(i)) {
+    hwy::Prefetch(&kept.node(node.Number(i)));
+  }
+}
+
+/// The same for the triangles of leaf i, which PrefetchChild has been called for.
+HWY_INLINE void PrefetchLeaf(const SolveTask& task, const WideNode& node, size_t i) {
+  if (HWY_UNLIKELY(task.frame != nullptr)) return;
+  const uint32_t* const numbers = task.kept->triangles().data() + node.Number(i);
+  for (size_t k = 0; k < node.Kind(i); ++k) {
+    const MeshTable::Name name = task.meshes.Locate(numbers[k]);
+    hwy::Prefetch(task.meshes.IndicesOf(name.mesh, name.primitive));
+  }
 }
 
 /// Tests every ray of `rays` against every triangle of leaf i of `node`.
@@ -105,6 +126,7 @@ class FewSolver {
       const Interval interval = IntersectBox(WideChild(boxes, i), rays.org, rays.reciprocal);
       const uint64_t lanes = Bits(Enters(interval, rays.tnear, rays.tfar)) & active;
       if (lanes == 0) continue;
+      PrefetchChild(kept_, node, i);
       hn::Store(interval.entry, kFloat, entry[i]);
       const float distance =
           hn::GetLane(hn::MinOfLanes(kFloat, hn::IfThenElse(MaskOf(lanes), interval.entry, never)));
@@ -198,6 +220,7 @@ class FewSolver {
       task_.statistics.box_tests += node.count;
       const size_t bottom = count;
       ForEachLane(entered, [&](size_t i) {
+        PrefetchChild(kept_, node, i);
         size_t place = count++;
         for (; place > bottom && open[place - 1].distance < distance[i]; --place) {
           open[place] = open[place - 1];

@@ -100,6 +100,7 @@ class KeptSolver : Solver<kQuery> {
         return FewSolver<kQuery>(task_).SolveNode(node, rays);
       }
     }
+    for (size_t i = 0; i < node.count; ++i) PrefetchChild(kept_, node, i);
     ChildBoxes boxes;
     DecodeChildren(node, boxes);
     ChildSamples samples;
@@ -117,13 +118,20 @@ class KeptSolver : Solver<kQuery> {
     const Siblings left = siblings.Only(siblings.begin, middle);
     const Siblings right = siblings.Only(middle, siblings.end);
     const SampleCounts counts = siblings.samples.Count(siblings.begin, middle, siblings.end);
-    if (counts.right_closer > counts.left_closer) {
+    if (IsRightFirst(counts)) {
       SolveSide(batch, right, counts.right_hits, rays);
       SolveSide(batch, left, counts.left_hits, rays);
     } else {
       SolveSide(batch, left, counts.left_hits, rays);
       SolveSide(batch, right, counts.right_hits, rays);
     }
+  }
+
+  /// Any-hit rays do not care which hit it is: first where most of them may be blocked. With the
+  /// closer side first, rays without an end took a tenth longer.
+  static bool IsRightFirst(const SampleCounts& counts) {
+    return kQuery == Query::kAny ? counts.right_hits > counts.left_hits
+                                 : counts.right_closer > counts.left_closer;
   }
 
   /// The rays that enter one side, which `sample_hits` of the sample rays do.
@@ -134,6 +142,7 @@ class KeptSolver : Solver<kQuery> {
       ++task_.statistics.filters_skipped;
       return SolveSiblings(batch, side, rays);
     }
+    if (side.IsLeaf()) PrefetchLeaf(task_, side.node, side.begin);
     const WideBox box = UnionOfChildren(side.boxes, side.begin, side.end);
     const bool fits = Base::WithFilteredRays(batch, {&rays, 1}, box, [&](const RayBlock& active) {
       SolveEntering(batch, side, box, active);
