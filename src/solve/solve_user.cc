@@ -26,18 +26,24 @@ void CallUserFunction(Query query, const SolveTask& task, uint32_t geometry, uin
   if (!function || slots.empty()) return;
   CallbackPacket& packet = task.scratch.packet;
   const std::size_t width = task.frame->options.callback_width;
-  for (std::size_t lane = 0; lane < width; ++lane) {
-    // Lanes without a ray hold the first one.
-    const std::size_t slot = slots[lane < slots.size() ? lane : 0];
+  // Of a packet of the caller's each ray stays in its lane; rays of a stream have none.
+  const bool is_packet = task.frame->view.count <= width;
+  const auto lane_of = [&](std::size_t i) {
+    return is_packet ? task.batch.index[slots[i]] % width : i;
+  };
+  const auto fill = [&](std::size_t lane, std::size_t slot, int valid) {
     PacketLane(task, lane).SetRay(task, slot, task.batch.tfar[slot]);
     PacketLane(task, lane).SetHit(HitOf(task, slot, query));
-    packet.valid[lane] = lane < slots.size() ? -1 : 0;
-  }
+    packet.valid[lane] = valid;
+  };
+  // Lanes without a ray hold the first one.
+  for (std::size_t lane = 0; lane < width; ++lane) fill(lane, slots[0], 0);
+  for (std::size_t i = 0; i < slots.size(); ++i) fill(lane_of(i), slots[i], -1);
   function(ArgumentsFor(task, query, geometry, primitive));
-  for (std::size_t lane = 0; lane < slots.size(); ++lane) {
-    const std::size_t slot = slots[lane];
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const std::size_t slot = slots[i];
     float& tfar = task.batch.tfar[slot];
-    const FullHit now = PacketLane(task, lane).GetHit();
+    const FullHit now = PacketLane(task, lane_of(i)).GetHit();
     if (query == Query::kAny) {
       if (now.t < 0) tfar = now.t;
       continue;

@@ -325,6 +325,35 @@ TEST(DropInUserFunctions, MayBeMissing) {
   });
 }
 
+template <class Arguments>
+void ExpectOwnLane(const Arguments& args, RTCRayN* rays) {
+  unsigned int& count = *static_cast<unsigned int*>(args.geometryUserPtr);
+  for (unsigned int lane = 0; lane < args.N; ++lane) {
+    if (args.valid[lane] == 0) continue;
+    EXPECT_EQ(RTCRayN_id(rays, args.N, lane) % args.N, lane);
+    ++count;
+  }
+}
+
+// As filter functions do.
+TEST_P(UserFunctions, SeeRaysOfPacketsInTheirLanes) {
+  Session s(GetParam()());
+  unsigned int count = 0;
+  const RTCGeometry user = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
+  s.api.rtcSetGeometryUserData(user, &count);
+  s.api.rtcSetGeometryIntersectFunction(user, [](const RTCIntersectFunctionNArguments* args) {
+    ExpectOwnLane(*args, RTCRayHitN_RayN(args->rayhit, args->N));
+  });
+  s.api.rtcSetGeometryOccludedFunction(
+      user, [](const RTCOccludedFunctionNArguments* args) { ExpectOwnLane(*args, args->ray); });
+  s.api.rtcCommitGeometry(user);
+  const RTCScene scene = s.SceneOf(user);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  const std::size_t valid_rays = TraceThirdsOfPackets(s.api, scene, context);
+  EXPECT_EQ(count, valid_rays);
+}
+
 /// The user data of a geometry whose functions trace their rays in another scene, or once more in
 /// the same.
 struct Tracer {
