@@ -14,10 +14,15 @@ namespace {
 constexpr std::size_t kKeptPieceRays = 65536;
 
 /// A thread takes this part of its share of the rays that are left, so that large pieces come first
-/// and threads end together; but never so few that it is busier with pieces than with rays.
+/// and threads end together.
 /// Polychronopoulos, Kuck, "Guided self-scheduling", IEEE Transactions on Computers, 1987.
 constexpr double kPartOfShare = 0.75;
-constexpr std::size_t kLeastShare = 1024;
+
+/// But a thread gets no smaller piece than a sixteenth of its share of the whole, so that it is not
+/// busier with pieces than with rays; nor fewer rays than are worth waking it, some 10 us of work.
+constexpr std::size_t kLeastPartOfShare = 16;
+constexpr std::size_t kFewestShared = 32;
+constexpr std::size_t kMostAsLeast = 1024;
 
 /// Below this a piece is not worth its call, and there is nothing to gain: the constant part of the
 /// workspace is larger.
@@ -29,8 +34,9 @@ CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Sett
     : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)), workers(1), can_shrink_(keeps) {
   if (!keeps) return;
   piece_rays = std::min(piece_rays, kKeptPieceRays);
-  const std::size_t least = std::min(piece_rays, kLeastShare);
-  workers = std::min(threads, (rays + least - 1) / least);
+  least_piece_ = std::clamp(rays / (threads * kLeastPartOfShare), kFewestShared, kMostAsLeast);
+  least_piece_ = std::min(least_piece_, piece_rays);
+  workers = std::min(threads, (rays + least_piece_ - 1) / least_piece_);
   piece_rays = NextPiece(rays);
 }
 
@@ -38,7 +44,7 @@ std::size_t CallPlan::NextPiece(std::size_t left) const {
   std::size_t count = std::min(left, piece_rays);
   if (workers > 1) {
     const double share = static_cast<double>(left) / static_cast<double>(workers);
-    count = std::min(count, std::max(static_cast<std::size_t>(kPartOfShare * share), kLeastShare));
+    count = std::min(count, std::max(static_cast<std::size_t>(kPartOfShare * share), least_piece_));
   }
   return count;
 }

@@ -9,7 +9,7 @@
 namespace dacrt {
 
 struct CallPlan {
-  /// For `rays` rays on a device with `threads` threads.
+  /// For `rays` rays where `threads` threads are to be had.
   CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings);
 
   /// The next best plan for less memory: fewer threads, then smaller pieces. False if there is
@@ -23,10 +23,11 @@ struct CallPlan {
   std::size_t NextPiece(std::size_t left) const;
 
   std::size_t piece_rays;  ///< of the largest piece
-  std::size_t workers;  ///< threads that each need a workspace
+  std::size_t workers;     ///< threads that each need a workspace
 
  private:
   bool can_shrink_;
+  std::size_t least_piece_ = 1;
 };
 
 }  // namespace dacrt

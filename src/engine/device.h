@@ -1,6 +1,10 @@
 // What the calls of a device share.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+
 #include "dacrt/dacrt.h"
 #include "runtime/tasks.h"
 #include "runtime/workspace.h"
@@ -22,12 +26,33 @@ class Device::Implementation {
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t triangles, std::size_t rays, bool keeps) const;
 
+  /// A call that is being worked on, as long as this lives. Calls that run at once share the
+  /// threads: programs that call from many threads have work for all of them already.
+  class RunningCall {
+   public:
+    explicit RunningCall(Implementation& device) : device_(device), calls_(++device.calls_) {}
+    ~RunningCall() { --device_.calls_; }
+    RunningCall(const RunningCall&) = delete;
+    RunningCall& operator=(const RunningCall&) = delete;
+
+    std::size_t threads() const {
+      return std::max<std::size_t>(device_.tasks.threads() / calls_, 1);
+    }
+
+   private:
+    Implementation& device_;
+    const std::size_t calls_;
+  };
+
   Settings settings;
   InstructionSet instruction_set;
   const Kernels& kernels;
   MemoryAccount memory;
   WorkspacePool workspaces;
   TaskPool tasks;
+
+ private:
+  std::atomic<std::size_t> calls_{0};
 };
 
 }  // namespace dacrt

@@ -104,7 +104,8 @@ class Scene::Implementation {
   Device::Implementation& Engine() const { return *device->implementation_; }
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
-    CallPlan plan = PlanFor(rays.count);
+    const Device::Implementation::RunningCall call(Engine());
+    CallPlan plan = PlanFor(rays.count, call.threads());
     std::deque<WorkerMemory> workspaces;
     ReserveWorkspaces(plan, workspaces);
     Statistics statistics;
@@ -130,7 +131,7 @@ class Scene::Implementation {
 
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t ray_count) const {
-    const CallPlan plan = PlanFor(ray_count);
+    const CallPlan plan = PlanFor(ray_count, Engine().tasks.threads());
     std::size_t bytes = Shape(plan).Bytes();
     if (!instanced.empty()) bytes += InstanceShape(plan).Bytes();
     bytes = std::max(bytes * plan.workers, FloorBytes());
@@ -168,9 +169,9 @@ class Scene::Implementation {
   }
 
   /// A callback is called by the thread that calls.
-  CallPlan PlanFor(std::size_t ray_count) const {
-    const std::size_t threads = has_callbacks ? 1 : Engine().tasks.threads();
-    return CallPlan(ray_count, threads, parts.kept != nullptr, Engine().settings);
+  CallPlan PlanFor(std::size_t ray_count, std::size_t threads) const {
+    return CallPlan(ray_count, has_callbacks ? 1 : threads, parts.kept != nullptr,
+                    Engine().settings);
   }
 
   /// What is reserved when the scene is made.

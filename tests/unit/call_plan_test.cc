@@ -71,10 +71,10 @@ TEST(CallPlanTest, ThreadsShareTheRays) {
   EXPECT_GE(many.NextPiece(5000), 1024u);
   // No thread is left with a large piece while the others have none.
   EXPECT_LE(many.NextPiece(100000), 100000u / 8);
-  const CallPlan few(1000, 8, true, Settings());
+  const CallPlan few(32, 8, true, Settings());
   EXPECT_EQ(few.workers, 1u);
-  EXPECT_EQ(few.piece_rays, 1000u);
-  const CallPlan some(3000, 8, true, Settings());
+  EXPECT_EQ(few.piece_rays, 32u);
+  const CallPlan some(96, 8, true, Settings());
   EXPECT_EQ(some.workers, 3u);
   // What a thread works on stays in a cache, however many rays there are.
   EXPECT_LE(CallPlan(1u << 30, 1, true, Settings()).piece_rays, 65536u);

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "dacrt/dacrt.h"
+#include "runtime/tasks.h"
 #include "unit_test.h"
 
 namespace dacrt {
@@ -515,6 +516,36 @@ TEST(ShapesTest, InRobustScenesARayThatGoesOnFromAHitMeetsItAgain) {
     EXPECT_EQ(again[i].tfar, first[i].tfar) << i;
     EXPECT_EQ(again[i].primitive_id, first[i].primitive_id) << i;
   }
+}
+
+// Programs that call from several threads have work for all of them. A call that a callback makes
+// runs at once with its own.
+TEST(ShapesTest, CallsThatRunAtOnceShareTheThreads) {
+  Random random(12);
+  Settings settings;
+  settings.threads = 2;
+  const auto device = std::make_shared<Device>(settings);
+  const Model model = MakeTriangles(random, 300);
+  Geometry triangles = TriangleView(model, 0);
+  const Scene inner(device, {&triangles, 1}, SceneOptions{});
+  struct InnerCall {
+    const Scene& scene;
+    const std::vector<TimedRay> rays;
+    uint64_t pieces = 0;
+
+    void Make() {
+      std::vector<TimedRay> copy = rays;
+      pieces = scene.Trace(Query::kClosest, TimedView(copy)).pieces;
+    }
+  } call{inner, MakeRays(random, 10000)};
+  call.Make();
+  EXPECT_EQ(call.pieces > 1, TaskPool(2).threads() > 1);
+  triangles.closest_filter = {
+      [](void* data, const CallbackArguments&) { static_cast<InnerCall*>(data)->Make(); }, &call};
+  const Scene outer(device, {&triangles, 1}, SceneOptions{});
+  const auto rays = Trace(outer, MakeRays(random, 20));
+  EXPECT_GT(CountHits(rays), 0u);
+  EXPECT_EQ(call.pieces, 1u);
 }
 
 TEST(ShapesTest, BadInputIsRefused) {

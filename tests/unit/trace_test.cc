@@ -563,7 +563,11 @@ TEST_P(TraceTest, StatisticsOfAKeptPartitionAddUp) {
       }
       EXPECT_EQ(statistics.rays, active);
       EXPECT_EQ(statistics.hits, hits);
-      EXPECT_EQ(statistics.pieces, 3u);
+      // On several threads the last pieces are smaller.
+      if (threads == 1) {
+        EXPECT_EQ(statistics.pieces, 3u);
+      }
+      EXPECT_GE(statistics.pieces, 3u);
       EXPECT_GT(statistics.subproblems, 0u);
       EXPECT_GT(statistics.box_tests, 0u);
       EXPECT_GT(statistics.direct_solves, 0u);
