@@ -11,7 +11,7 @@
 
 #include "solve/direct_solve-inl.h"
 #include "solve/offer_hit.h"
-#include "solve/ray_selection.h"
+#include "solve/solve_at_time-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -49,20 +49,11 @@ class PointSolver {
 
   /// Tests the rays against at most PointBlock::kCapacity points of one shape.
   void Solve(Shape shape, std::span<const MeshTable::Name> items, const RaySelection& rays) const {
-    const bool moving = std::any_of(items.begin(), items.end(), [&](const MeshTable::Name& item) {
-      return shapes_.IsMoving(item.mesh);
-    });
-    bool gathered = false;
-    float gathered_time = 0;
-    ForEachRay(rays, [&](size_t slot) HWY_ATTR {
-      const float time = moving ? task_.frame->TimeOf(task_.batch.index[slot]) : 0;
-      if (!gathered || time != gathered_time) {
-        Gather(items, time);
-        gathered = true;
-        gathered_time = time;
-      }
-      for (size_t i = 0; i < block_.count; i += Lanes()) TestRay(shape, slot, i);
-    });
+    ForEachRayAtItsTime(
+        task_, items, rays, [&](float time) HWY_ATTR { Gather(items, time); },
+        [&](size_t slot) HWY_ATTR {
+          for (size_t i = 0; i < block_.count; i += Lanes()) TestRay(shape, slot, i);
+        });
   }
 
  private:

@@ -7,41 +7,12 @@
 #include <limits>
 #include <sstream>
 
+#include "answer.h"
+
 namespace dacrt::tests {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// Sixteen ulp of 1.0, which Embree's own tests allow between its kernels.
-constexpr double kTolerance = 16 * 0x1p-23;
-
-bool SameBits(const RTCRayHit& a, const RTCRayHit& b) {
-  return std::memcmp(&a, &b, sizeof(RTCRayHit)) == 0;
-}
-
-bool SameBits(float a, float b) { return std::memcmp(&a, &b, sizeof(float)) == 0; }
-
-/// What a record says after a query.
-struct Answer {
-  bool is_hit = false;
-  bool is_legal = true;  ///< nothing changed but what a hit writes
-  const RTCRayHit& record;
-};
-
-Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after) {
-  Answer answer{.record = after};
-  if (SameBits(before, after)) return answer;
-  answer.is_hit = true;
-  RTCRayHit expected = before;
-  expected.ray.tfar = after.ray.tfar;
-  if (query == Query::kClosest) {
-    expected.hit = after.hit;
-    answer.is_legal = SameBits(expected, after) && after.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  } else {
-    answer.is_legal = SameBits(expected, after) && after.ray.tfar == -kInfinity;
-  }
-  return answer;
-}
+bool SameFloatBits(float a, float b) { return std::memcmp(&a, &b, sizeof(float)) == 0; }
 
 /// The record's values against what single precision can make of its triangle.
 bool ValuesFit(const RTCRayHit& before, const RTCRayHit& after, const TriangleAnswer& truth) {
@@ -146,7 +117,7 @@ class Judge {
 bool IsRounding(const RTCRayHit& real, const RTCRayHit& drop_in, const Corners& corners) {
   const auto is_near = [](float a, float b, double scale) {
     // Where a form has no normals, they are the random bits that were there before.
-    return SameBits(a, b) || std::abs(static_cast<double>(a) - b) <= kTolerance * scale;
+    return SameFloatBits(a, b) || std::abs(static_cast<double>(a) - b) <= kTolerance * scale;
   };
   const double t_scale = std::max(std::abs(real.ray.tfar), std::abs(drop_in.ray.tfar));
   const Double3 v0(corners.v0);

@@ -7,43 +7,14 @@
 #include <limits>
 #include <sstream>
 
+#include "answer.h"
+
 namespace dacrt::tests {
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// Sixteen ulp of 1.0, which Embree's own tests allow between its kernels.
-constexpr double kTolerance = 16 * 0x1p-23;
-
-bool SameBits(const RTCRayHit& a, const RTCRayHit& b) {
-  return std::memcmp(&a, &b, sizeof(RTCRayHit)) == 0;
-}
 
 /// Also where the bound is not a number because nothing is known.
 bool Admits(const Bounded& bound, double value) {
   return !(std::abs(value - bound.value) > bound.error);
-}
-
-/// What a record says after a query.
-struct Answer {
-  bool is_hit = false;
-  bool is_legal = true;  ///< nothing changed but what a hit writes
-  const RTCRayHit& record;
-};
-
-Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after) {
-  Answer answer{.record = after};
-  if (SameBits(before, after)) return answer;
-  answer.is_hit = true;
-  RTCRayHit expected = before;
-  expected.ray.tfar = after.ray.tfar;
-  if (query == Query::kClosest) {
-    expected.hit = after.hit;
-    answer.is_legal = SameBits(expected, after) && after.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  } else {
-    answer.is_legal = SameBits(expected, after) && after.ray.tfar == -kInfinity;
-  }
-  return answer;
 }
 
 bool ValuesFit(const RTCHit& hit, float t, const ShapeAnswer& truth) {
