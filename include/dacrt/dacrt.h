@@ -130,7 +130,8 @@ class Scene {
   /// Hits: closest hits are exact to single-precision rounding of the Moeller-Trumbore test; of
   /// hits at the same distance the one with the smaller (geometry_id, primitive_id) is reported.
   /// The same rays get the same bits whatever the settings, the pieces and the other rays in the
-  /// batch. Not promised: the same bits on two different instruction sets; watertight edges.
+  /// batch. Not promised: the same bits on two different instruction sets; watertight edges, but in
+  /// robust scenes.
   ///
   /// Memory: where the workspace cannot be had, the call makes do with fewer threads and smaller
   /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory

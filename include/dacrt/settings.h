@@ -99,8 +99,8 @@ struct Settings {
   uint32_t piece_rays = 4u << 20;
 
   /// Threads that work on calls at once, those that call included, and not more than the machine
-  /// has, which is also what 0 means; at most 1024. Where nothing is kept, a call uses the thread
-  /// that makes it.
+  /// has, which is also what 0 means; at most 1024. Calls that run at once share them. Where
+  /// nothing is kept, and beside callbacks, a call uses the thread that makes it.
   uint32_t threads = 0;
 
   /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where
