@@ -30,9 +30,7 @@ HWY_INLINE bool LoadCorners(const MeshTable& meshes, MeshTable::Name name, Corne
   if (HWY_UNLIKELY(!meshes.is_plain())) return false;
   const TriangleMesh& mesh = meshes[name.mesh];
   uint32_t index[3];
-  memcpy(index,
-         static_cast<const char*>(mesh.triangles) + size_t{name.primitive} * mesh.triangle_stride,
-         sizeof(index));
+  memcpy(index, meshes.IndicesOf(name.mesh, name.primitive), sizeof(index));
   for (int i = 0; i < 3; ++i) {
     // With a stride of 0 every vertex is the last one.
     if (size_t{index[i]} + 1 >= mesh.vertex_count || mesh.vertex_stride == 0) return false;

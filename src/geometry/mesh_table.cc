@@ -70,7 +70,7 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
     }
     Add(mesh);
     if (const SceneParts* scene = shapes_->InstancedScene(i)) {
-      all_masks_full_ &= scene->meshes.all_masks_full();
+      common_mask_ &= scene->meshes.common_mask_;
     }
   }
 }
@@ -85,18 +85,8 @@ void MeshTable::Add(const TriangleMesh& mesh) {
   }
   first_.push_back(static_cast<uint32_t>(triangle_count_));
   triangle_count_ += mesh.triangle_count;
-  all_masks_full_ &= mesh.mask == UINT32_MAX;
+  common_mask_ &= mesh.mask;
   meshes_.push_back(mesh);
-}
-
-bool MeshTable::AllAccept(uint32_t mask) const {
-  if (all_masks_full_) return true;
-  for (uint32_t i = 0; i < meshes_.size(); ++i) {
-    if ((meshes_[i].mask & mask) == 0) return false;
-    const SceneParts* const scene = shapes_->InstancedScene(i);
-    if (scene && !scene->meshes.AllAccept(mask)) return false;
-  }
-  return true;
 }
 
 }  // namespace dacrt

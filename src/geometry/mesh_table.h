@@ -57,10 +57,11 @@ class MeshTable {
   const Shapes& shapes() const { return *shapes_; }
 
   /// Whether every mesh, those of instanced scenes included, accepts every ray whose mask is not 0.
-  bool all_masks_full() const { return all_masks_full_; }
+  bool all_masks_full() const { return common_mask_ == UINT32_MAX; }
 
-  /// Whether every mesh accepts every ray whose mask holds `mask`.
-  bool AllAccept(uint32_t mask) const;
+  /// Whether every mesh is known to accept every ray whose mask holds `mask`: there is a bit that
+  /// all masks have.
+  bool AllAccept(uint32_t mask) const { return all_masks_full() || (common_mask_ & mask) != 0; }
 
   /// Where the indices of a triangle's corners stand; of meshes of triangles.
   const char* IndicesOf(uint32_t mesh, uint32_t primitive) const {
@@ -90,7 +91,7 @@ class MeshTable {
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::size_t triangle_count_ = 0;
-  bool all_masks_full_ = true;
+  uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
   bool is_plain_;
   std::unique_ptr<const Shapes> shapes_;
 };

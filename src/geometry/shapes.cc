@@ -121,10 +121,6 @@ void Extend(Box& box, const Box& other) {
   box.Extend(other.upper);
 }
 
-Bounds ToBounds(const Box& box) {
-  return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
-}
-
 /// A rotation takes each point of a box no further from the origin than it was: bounds of the
 /// instance between two steps that are in parts.
 Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box) {

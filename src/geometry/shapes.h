@@ -42,6 +42,10 @@ struct GridCell {
   uint32_t columns, rows;  ///< of the grid
 };
 
+inline Bounds ToBounds(const Box& box) {
+  return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
+}
+
 class Shapes {
  public:
   /// `geometries` are in the order in which equal distances are decided; `scenes` are those that

@@ -316,10 +316,7 @@ Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometrie
 
 Scene::~Scene() = default;
 
-Bounds Scene::bounds() const {
-  const Box& box = implementation_->parts.bounds;
-  return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
-}
+Bounds Scene::bounds() const { return ToBounds(implementation_->parts.bounds); }
 
 LinearBounds Scene::linear_bounds() const {
   return implementation_->parts.meshes.shapes().BoundLinearly();

@@ -1,10 +1,16 @@
-// Reading a record after a query.
+// Reading two libraries' records after a query, and judging them.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
+#include <optional>
+#include <string>
+#include <utility>
 
-#include "streams.h"
+#include "compare.h"
 
 namespace dacrt::tests {
 
@@ -37,6 +43,49 @@ inline Answer Read(Query query, const RTCRayHit& before, const RTCRayHit& after)
     answer.is_legal = SameBits(expected, after) && after.ray.tfar == -kInfinity;
   }
   return answer;
+}
+
+/// What a reference says of one library's answer; `Truth` is what it knows of a primitive.
+template <typename Truth>
+struct JudgementBy {
+  std::string fault;                          ///< empty: a correct computation may give this answer
+  bool needs_slab_test = false;               ///< it may, if bounding-box tests may lose hits
+  std::optional<Truth> truth = std::nullopt;  ///< about the primitive that is named
+};
+
+/// Which of two answers to a closest-hit query exact arithmetic gives.
+template <typename Truth>
+Side SideOfExact(const Answer& real, const JudgementBy<Truth>& of_real, const Answer& drop_in,
+                 const JudgementBy<Truth>& of_drop_in) {
+  const auto distance = [](const Answer& answer, const JudgementBy<Truth>& judgement) {
+    if (!answer.is_hit) return static_cast<double>(kInfinity);
+    // A hit that is not one is behind everything.
+    return judgement.truth && judgement.truth->is_hit ? judgement.truth->t.value
+                                                      : std::numeric_limits<double>::quiet_NaN();
+  };
+  const double r = distance(real, of_real), d = distance(drop_in, of_drop_in);
+  if (std::isnan(r) && std::isnan(d)) return Side::kNeither;
+  if (std::isnan(r) || d < r) return Side::kDropIn;
+  if (std::isnan(d) || r < d) return Side::kReal;
+  return Side::kBoth;
+}
+
+/// The reason that the doubts about the named primitives give; the strongest first.
+template <typename Truth>
+Relation RelationOfDoubts(std::initializer_list<const JudgementBy<Truth>*> judgements) {
+  uint32_t doubts = kNoDoubt;
+  for (const JudgementBy<Truth>* judgement : judgements) {
+    if (judgement->truth) doubts |= judgement->truth->doubts;
+  }
+  if (doubts & kDoubtRange) return Relation::kRange;
+  if (doubts & kDoubtParallel) return Relation::kParallel;
+  if (doubts & kDoubtEdge) return Relation::kEdge;
+  if (doubts & kDoubtInterval) return Relation::kInterval;
+  return Relation::kIllConditioned;
+}
+
+inline Comparison Unexplained(std::string reason) {
+  return {Relation::kUnexplained, Side::kNeither, std::move(reason)};
 }
 
 }  // namespace dacrt::tests

@@ -36,12 +36,7 @@ bool IsOptional(const RTCRay& ray, const TriangleAnswer& answer) {
   return ray.tnear < 0 && answer.t.value - answer.t.error <= 0;
 }
 
-/// What the reference says of one library's answer.
-struct Judgement {
-  std::string fault;             ///< empty: a correct computation may give this answer
-  bool needs_slab_test = false;  ///< it may, if bounding-box tests may lose hits
-  std::optional<TriangleAnswer> truth = std::nullopt;  ///< about the triangle that is named
-};
+using Judgement = JudgementBy<TriangleAnswer>;
 
 /// What a library's bounding boxes do to its answers.
 struct Boxes {
@@ -138,40 +133,6 @@ bool SameTriangle(const RTCHit& a, const RTCHit& b) {
   return a.geomID == b.geomID && a.primID == b.primID;
 }
 
-/// Which of two answers to a closest-hit query exact arithmetic gives.
-Side SideOfExact(const Answer& real, const Judgement& real_judgement, const Answer& drop_in,
-                 const Judgement& drop_in_judgement) {
-  const auto exact_distance = [](const Answer& answer, const Judgement& judgement) {
-    if (!answer.is_hit) return static_cast<double>(kInfinity);
-    // A hit that is not one is behind everything.
-    return judgement.truth && judgement.truth->is_hit ? judgement.truth->t.value
-                                                      : std::numeric_limits<double>::quiet_NaN();
-  };
-  const double r = exact_distance(real, real_judgement);
-  const double d = exact_distance(drop_in, drop_in_judgement);
-  if (std::isnan(r) && std::isnan(d)) return Side::kNeither;
-  if (std::isnan(r) || d < r) return Side::kDropIn;
-  if (std::isnan(d) || r < d) return Side::kReal;
-  return Side::kBoth;
-}
-
-/// The reason that the doubts about the named triangles give; the strongest first.
-Relation RelationOfDoubts(std::initializer_list<const Judgement*> judgements) {
-  uint32_t doubts = kNoDoubt;
-  for (const Judgement* judgement : judgements) {
-    if (judgement->truth) doubts |= judgement->truth->doubts;
-  }
-  if (doubts & kDoubtRange) return Relation::kRange;
-  if (doubts & kDoubtParallel) return Relation::kParallel;
-  if (doubts & kDoubtEdge) return Relation::kEdge;
-  if (doubts & kDoubtInterval) return Relation::kInterval;
-  return Relation::kIllConditioned;
-}
-
-Comparison Unexplained(std::string reason) {
-  return {Relation::kUnexplained, Side::kNeither, std::move(reason)};
-}
-
 }  // namespace
 
 const char* Name(Relation relation) {
@@ -184,6 +145,14 @@ const char* Name(Relation relation) {
 const char* Name(Side side) {
   constexpr const char* kNames[kSideCount] = {"neither", "real", "drop-in", "both"};
   return kNames[static_cast<int>(side)];
+}
+
+std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
+                                        std::size_t i) {
+  if (!form.coherent) return {};
+  constexpr std::size_t kWidest = 16;
+  const std::size_t first = i < kWidest ? 0 : i - kWidest + 1;
+  return rays.subspan(first, std::min(rays.size(), i + kWidest) - first);
 }
 
 Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,

@@ -52,6 +52,11 @@ bool RealLibraryAborts(const RTCRay& ray);
 /// Whether a ray is inactive or not finite, so that no byte of its record may change.
 bool FindsNothing(const RTCRay& ray);
 
+/// The rays that the real library may trace together with ray i: for coherent ones up to sixteen
+/// that follow each other.
+std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
+                                        std::size_t i);
+
 class Comparer {
  public:
   /// `scene` must outlive the comparer.

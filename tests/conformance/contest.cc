@@ -44,16 +44,6 @@ std::vector<RTCRayHit> TraceInPieces(const EmbreeScene& scene, const Form& form,
   return result;
 }
 
-/// The rays that the real library may trace together with ray i: for coherent ones up to sixteen
-/// that follow each other.
-std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
-                                        std::size_t i) {
-  if (!form.coherent) return {};
-  constexpr std::size_t kWidest = 16;
-  const std::size_t first = i < kWidest ? 0 : i - kWidest + 1;
-  return rays.subspan(first, std::min(rays.size(), i + kWidest) - first);
-}
-
 }  // namespace
 
 const EmbreeApi& RealEmbree() {

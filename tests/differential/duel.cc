@@ -33,16 +33,6 @@ RayKind KindNamed(const std::string& name) {
   throw std::invalid_argument("there is no kind of rays " + name);
 }
 
-/// The rays that the real library may trace together with ray i: for coherent ones up to sixteen
-/// that follow each other.
-std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
-                                        std::size_t i) {
-  if (!form.coherent) return {};
-  constexpr std::size_t kWidest = 16;
-  const std::size_t first = i < kWidest ? 0 : i - kWidest + 1;
-  return rays.subspan(first, std::min(rays.size(), i + kWidest) - first);
-}
-
 /// The time steps of the moving geometry that has most.
 const WorldGeometry* MostMoving(const std::vector<WorldScene>& scenes) {
   const WorldGeometry* most = nullptr;

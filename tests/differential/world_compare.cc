@@ -50,12 +50,7 @@ std::string Text(const HitName& name) {
   return text.str();
 }
 
-/// What the reference says of one library's answer.
-struct Judgement {
-  std::string fault;             ///< empty: a correct computation may give this answer
-  bool needs_slab_test = false;  ///< it may, if bounding-box tests may lose hits
-  std::optional<ShapeAnswer> truth = std::nullopt;  ///< about the primitive that is named
-};
+using Judgement = JudgementBy<ShapeAnswer>;
 
 /// Judges answers to one ray. What all primitives must answer is found once.
 class Judge {
@@ -286,22 +281,6 @@ bool AreWithinUlps(float a, float b, int ulps) {
   return a == b;
 }
 
-/// Which of two answers to a closest-hit query exact arithmetic gives.
-Side SideOfExact(const Answer& real, const Judgement& of_real, const Answer& drop_in,
-                 const Judgement& of_drop_in) {
-  const auto distance = [](const Answer& answer, const Judgement& judgement) {
-    if (!answer.is_hit) return static_cast<double>(kInfinity);
-    // A hit that is not one is behind everything.
-    return judgement.truth && judgement.truth->is_hit ? judgement.truth->t.value
-                                                      : std::numeric_limits<double>::quiet_NaN();
-  };
-  const double r = distance(real, of_real), d = distance(drop_in, of_drop_in);
-  if (std::isnan(r) && std::isnan(d)) return Side::kNeither;
-  if (std::isnan(r) || d < r) return Side::kDropIn;
-  if (std::isnan(d) || r < d) return Side::kReal;
-  return Side::kBoth;
-}
-
 /// Whether a ray that finds nothing is as it was. Packets of the real library that meet instances
 /// or user geometries take a negative tfar for a ray that is occluded already, and say so again.
 bool LeavesAlone(Query query, Library library, const RTCRayHit& before, const RTCRayHit& after) {
@@ -309,23 +288,6 @@ bool LeavesAlone(Query query, Library library, const RTCRayHit& before, const RT
   if (library != Library::kReal || query != Query::kAny || !(before.ray.tfar < 0)) return false;
   const Answer answer = Read(query, before, after);
   return answer.is_legal;
-}
-
-/// The reason that the doubts about the named primitives give; the strongest first.
-Relation RelationOfDoubts(std::initializer_list<const Judgement*> judgements) {
-  uint32_t doubts = kNoDoubt;
-  for (const Judgement* judgement : judgements) {
-    if (judgement->truth) doubts |= judgement->truth->doubts;
-  }
-  if (doubts & kDoubtRange) return Relation::kRange;
-  if (doubts & kDoubtParallel) return Relation::kParallel;
-  if (doubts & kDoubtEdge) return Relation::kEdge;
-  if (doubts & kDoubtInterval) return Relation::kInterval;
-  return Relation::kIllConditioned;
-}
-
-Comparison Unexplained(std::string reason) {
-  return {Relation::kUnexplained, Side::kNeither, std::move(reason)};
 }
 
 }  // namespace
