@@ -1,7 +1,5 @@
 #include "ray_streams.h"
 
-#include <array>
-
 namespace dacrt::compat {
 namespace {
 
@@ -74,13 +72,6 @@ void PlaceComponents(RayView& view, Component start, std::size_t lanes, Record r
   view.instance_id = hit(kInstId);
 }
 
-/// What stands in for lanes that are not valid: with this tfar a ray is inactive.
-constexpr auto kInactiveLane = [] {
-  std::array<float, sizeof(RTCRayHit16) / sizeof(float)> values{};
-  values.fill(-1);
-  return values;
-}();
-
 Component AddressOrAbsent(const void* values) {
   return values ? reinterpret_cast<Component>(values) : RayView::kAbsent;
 }
@@ -136,19 +127,6 @@ RayView ComponentView(const RTCRayHitNp& rays, std::size_t count) {
   view.geometry_id = AddressOrAbsent(rays.hit.geomID);
   view.instance_id = AddressOrAbsent(rays.hit.instID[0]);
   return view;
-}
-
-LaneView::LaneView(void* packet, std::size_t lanes, const int* valid, Record record) {
-  view_.packets = addresses_;
-  PlaceComponents(view_, 0, lanes, record);
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    if (valid[lane] != -1) {
-      addresses_[lane] = kInactiveLane.data();
-      continue;
-    }
-    addresses_[lane] = static_cast<std::byte*>(packet) + lane * kValueBytes;
-    view_.count = lane + 1;
-  }
 }
 
 }  // namespace dacrt::compat

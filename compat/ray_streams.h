@@ -25,18 +25,4 @@ RayView PointerView(const void* const* records, std::size_t count, Record record
 RayView ComponentView(const RTCRayNp& rays, std::size_t count);
 RayView ComponentView(const RTCRayHitNp& rays, std::size_t count);
 
-/// 4, 8, 16: one packet of up to 16 lanes, of which only those with valid = -1 take part. The
-/// others are inactive rays, so that callbacks see each ray in its own lane.
-class LaneView {
- public:
-  LaneView(void* packet, std::size_t lanes, const int* valid, Record record);
-
-  /// Refers to this object.
-  RayView view() const { return view_; }
-
- private:
-  const void* addresses_[16];  ///< of the lanes' first components
-  RayView view_;
-};
-
 }  // namespace dacrt::compat

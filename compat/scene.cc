@@ -129,7 +129,7 @@ Scene::Snapshot::Snapshot(Device& device, Selection selection)
           [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
       used_(std::move(selection.used)),
       scene_(device.engine(), selection.geometries,
-             {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kNothing : Keep::kByBudget,
+             {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
               (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0}) {
   if (scene_.KeptBytes() > 0) device_.AnnounceAllocation(scene_.KeptBytes());
 }

@@ -64,10 +64,10 @@ class Device {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Whether a scene keeps the partition of its triangles between calls.
+/// How much of the partition of its triangles a scene keeps between calls.
 enum class Keep {
   kByBudget,  ///< as Settings::budget says
-  kNothing,   ///< as with a budget of 0
+  kLittle,    ///< at most eight bytes a triangle; nothing with a budget of 0
 };
 
 struct SceneOptions {
@@ -140,6 +140,12 @@ class Scene {
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
   /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
+
+  /// The same for a packet or a single ray, by the shortest way: on the stack and the thread of the
+  /// caller, without counting.
+  ///
+  /// Throws std::invalid_argument if lanes is not 1 to 16. Where nothing is kept, as Trace.
+  void Trace(Query query, const RayPacket& packet, const CallOptions& options = {}) const;
 
   /// Calls the point callbacks of the geometries for the primitives within the radius of a point,
   /// each once, in instances once an instance. A primitive is within the radius if its bounds at

@@ -69,4 +69,17 @@ struct RayView {
   }
 };
 
+/// A packet of 1 to 16 rays in the caller's memory, of which a single ray is one with a single lane:
+/// arrays of `lanes` values each, one behind the other, in the order of PacketComponent
+/// (callback.h). Query::kAny has those up to kFlags, Query::kClosest all.
+///
+/// Which rays are active, and what is read and written, is as in RayView.
+struct RayPacket {
+  void* values = nullptr;  ///< four-byte aligned
+  uint32_t lanes = 1;
+  const int32_t* valid = nullptr;  ///< lanes with another value than -1 take no part; null: all do
+  uint32_t instance_value = UINT32_MAX;  ///< as in RayView
+  bool has_masks = true;                 ///< else masks are not read, and all their bits count
+};
+
 }  // namespace dacrt

@@ -50,7 +50,8 @@ enum class Algorithm {
   kMora2011,
 };
 
-/// Settings::budget: eight bytes a triangle, which hold the whole partition of most scenes.
+/// Settings::budget: 32 bytes a triangle, which hold the whole partition of most scenes, with a copy
+/// of the triangles in its leaves.
 inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;
 /// Settings::budget: whatever the whole partition takes.
 inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;
@@ -104,9 +105,9 @@ struct Settings {
   uint32_t threads = 0;
 
   /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where
-  /// rays go and serves all later calls until the scene is gone. With 0 nothing is kept, and each
-  /// call partitions anew; so it is with a budget too small for four bytes a triangle and a little
-  /// more, and with methods other than kNabata2013.
+  /// rays go and serves all later calls until the scene is gone. A budget below four bytes a
+  /// triangle and a little more counts as one of so much. With 0 nothing is kept, and each call
+  /// partitions anew, as published; so it is with methods other than kNabata2013.
   uint64_t budget = kDefaultBudget;
 };
 

@@ -33,7 +33,7 @@ struct Statistics {
   double seconds_partition = 0;  ///< moving references
   double seconds_filtering = 0;  ///< filtering, and returning distances
   double seconds_direct = 0;     ///< direct solves
-  double seconds_few_rays = 0;   ///< a vector of rays or fewer over the kept partition, all steps
+  double seconds_tracing = 0;    ///< over a kept partition, all steps from loading to storing
   double seconds_storing = 0;    ///< from the engine's hits to the caller's records
 
   Statistics& operator+=(const Statistics& other);

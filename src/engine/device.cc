@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/call_plan.h"
 #include "partition/grid.h"
 #include "partition/kept_partition.h"
 
@@ -16,30 +15,39 @@ Device::Implementation::Implementation(const Settings& settings, MemoryMonitor m
       workspaces(memory),
       tasks(settings.threads) {}
 
-bool Device::Implementation::Keeps(std::size_t triangles, Keep keep) const {
-  return keep == Keep::kByBudget && settings.algorithm == Algorithm::kNabata2013 &&
-         BudgetBytes(triangles) >= KeptPartition::LeastBytes(triangles);
+bool Device::Implementation::Keeps() const {
+  return settings.algorithm == Algorithm::kNabata2013 && settings.budget > 0;
 }
 
-std::size_t Device::Implementation::BudgetBytes(std::size_t triangles) const {
-  // What a partition takes without limit: measured at 7 to 9 bytes a triangle, and a sixth of a
-  // scene's nodes can be nearly empty.
-  constexpr std::size_t kDefault = 8, kUnlimited = 16;
+std::size_t Device::Implementation::BudgetBytes(std::size_t triangles, Keep keep) const {
+  // What a partition takes without limit: triangles that share no vertices take 41 bytes in leaves,
+  // and a sixth of a scene's nodes can be nearly empty.
+  constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64;
   // So few triangles are no burden, whatever the share of each.
   constexpr std::size_t kLeast = 64 * 1024;
-  if (settings.budget == kDefaultBudget) return kDefault * triangles + kLeast;
-  if (settings.budget == kUnlimitedBudget) return kUnlimited * triangles + kLeast;
-  return std::min<std::size_t>(settings.budget, kUnlimited * triangles + kLeast);
+  std::size_t bytes = kUnlimited * triangles + kLeast;
+  if (settings.budget == kDefaultBudget) {
+    bytes = std::max(kDefault * triangles, kLeast);
+  } else if (settings.budget != kUnlimitedBudget) {
+    bytes = std::min<std::size_t>(settings.budget, bytes);
+  }
+  return keep == Keep::kLittle ? std::min(bytes, std::max(kLittle * triangles, kLeast)) : bytes;
 }
 
-std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t rays,
-                                              bool keeps) const {
-  const CallPlan plan(rays, tasks.threads(), keeps, settings);
-  const WorkspaceShape shape(triangles, plan.piece_rays, keeps, settings);
-  if (!keeps) return plan.workers * shape.Bytes();
-  const WorkspaceShape floor(triangles, CallPlan::Least(keeps, settings).piece_rays, keeps,
-                             settings);
-  return std::max(plan.workers * shape.Bytes(), floor.Bytes()) + GridBytes(triangles);
+WorkspaceShape Device::Implementation::Shape(const CallPlan& plan, std::size_t triangles,
+                                             bool is_plain, bool has_instances) const {
+  return Keeps() ? WorkspaceShape::ForKept(plan.piece_rays, has_instances)
+                 : WorkspaceShape::ForPaper(triangles, plan.piece_rays, is_plain, settings);
+}
+
+std::size_t Device::Implementation::FloorBytes(bool has_instances) const {
+  return Shape(CallPlan::Least(true, settings), 0, true, has_instances).Bytes();
+}
+
+std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t rays) const {
+  const CallPlan plan(rays, tasks.threads(), Keeps(), settings);
+  const std::size_t bytes = plan.workers * Shape(plan, triangles, true, false).Bytes();
+  return Keeps() ? std::max(bytes, FloorBytes(false)) + GridBytes(triangles) : bytes;
 }
 
 std::size_t Device::Implementation::GridBytes(std::size_t triangles) const {
@@ -58,8 +66,7 @@ const Settings& Device::settings() const { return implementation_->settings; }
 InstructionSet Device::instruction_set() const { return implementation_->instruction_set; }
 
 std::size_t Device::WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const {
-  return implementation_->CallBytes(triangle_count, ray_count,
-                                    implementation_->Keeps(triangle_count, Keep::kByBudget));
+  return implementation_->CallBytes(triangle_count, ray_count);
 }
 
 std::size_t Device::WorkspaceBytesHeld() const { return implementation_->workspaces.BytesHeld(); }

@@ -6,9 +6,10 @@
 #include <cstddef>
 
 #include "dacrt/dacrt.h"
+#include "engine/call_plan.h"
 #include "runtime/tasks.h"
 #include "runtime/workspace.h"
-#include "solve/solve.h"
+#include "engine/kernels.h"
 
 namespace dacrt {
 
@@ -16,15 +17,20 @@ class Device::Implementation {
  public:
   Implementation(const Settings& settings, MemoryMonitor monitor);
 
-  /// Whether a scene of so many triangles keeps its partition, and in how many bytes.
-  bool Keeps(std::size_t triangles, Keep keep) const;
-  std::size_t BudgetBytes(std::size_t triangles) const;
+  /// Whether scenes keep their partitions, and in how many bytes.
+  bool Keeps() const;
+  std::size_t BudgetBytes(std::size_t triangles, Keep keep) const;
 
   /// What splitting a scene of so many triangles takes beside the workspaces.
   std::size_t GridBytes(std::size_t triangles) const;
 
+  /// What a call needs on each thread, and what is reserved when a scene is made.
+  WorkspaceShape Shape(const CallPlan& plan, std::size_t triangles, bool is_plain,
+                       bool has_instances) const;
+  std::size_t FloorBytes(bool has_instances) const;
+
   /// See Device::WorkspaceBytes.
-  std::size_t CallBytes(std::size_t triangles, std::size_t rays, bool keeps) const;
+  std::size_t CallBytes(std::size_t triangles, std::size_t rays) const;
 
   /// A call that is being worked on, as long as this lives. Calls that run at once share the
   /// threads: programs that call from many threads have work for all of them already.
@@ -46,7 +52,7 @@ class Device::Implementation {
 
   Settings settings;
   InstructionSet instruction_set;
-  const Kernels& kernels;
+  const Kernels kernels;
   MemoryAccount memory;
   WorkspacePool workspaces;
   TaskPool tasks;

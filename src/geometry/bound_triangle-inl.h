@@ -23,11 +23,11 @@ struct CornerBox {
   Corner upper;
 };
 
-/// Loads the corners of a triangle of a plain mesh, three coordinates each with something behind.
+/// Loads the corners of a triangle of a mesh of still triangles, three coordinates each with something behind.
 /// False if that takes another way: an index is outside the vertices, or the last one, behind which
 /// there may be nothing.
 HWY_INLINE bool LoadCorners(const MeshTable& meshes, MeshTable::Name name, Corner* corners) {
-  if (HWY_UNLIKELY(!meshes.is_plain())) return false;
+  if (HWY_UNLIKELY(!meshes.HasTriangles(name.mesh))) return false;
   const TriangleMesh& mesh = meshes[name.mesh];
   uint32_t index[3];
   memcpy(index, meshes.IndicesOf(name.mesh, name.primitive), sizeof(index));

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "leaf/leaf_block.h"
 #include "scene/scene_parts.h"
 
 namespace dacrt {
@@ -16,6 +17,20 @@ namespace {
 bool IsPlain(const Geometry& geometry) {
   return geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1 &&
          !geometry.closest_filter && !geometry.any_filter;
+}
+
+/// Quads are two triangles. What is handed to callbacks, or to another scene, should come alone.
+std::size_t LanesFor(Shape shape) {
+  switch (shape) {
+    case Shape::kQuads:
+    case Shape::kGrids:
+      return 2;
+    case Shape::kUser:
+    case Shape::kInstance:
+      return kLeafLanes;
+    default:
+      return 1;
+  }
 }
 
 Geometry ToGeometry(const TriangleMesh& mesh) {
@@ -61,7 +76,7 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
     mesh.triangle_count = shapes_->ItemCount(i);
     mesh.geometry_id = geometry.geometry_id;
     mesh.mask = geometry.mask;
-    if (is_plain_) {
+    if (geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1) {
       mesh.vertices = geometry.vertices[0].data;
       mesh.vertex_stride = geometry.vertices[0].stride;
       mesh.vertex_count = geometry.vertex_count;
@@ -69,6 +84,8 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
       mesh.triangle_stride = geometry.primitives.stride;
     }
     Add(mesh);
+    lanes_.push_back(static_cast<uint8_t>(LanesFor(geometry.shape)));
+    all_fill_one_lane_ &= lanes_.back() == 1;
     if (const SceneParts* scene = shapes_->InstancedScene(i)) {
       common_mask_ &= scene->meshes.common_mask_;
     }
@@ -77,9 +94,9 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
 
 void MeshTable::Add(const TriangleMesh& mesh) {
   // Compared before they are added: counts that the caller got wrong may overflow the sum.
-  constexpr std::size_t kMostTriangles = std::numeric_limits<uint32_t>::max() - 1;
+  constexpr std::size_t kMostTriangles = std::numeric_limits<int32_t>::max() - 1;
   if (mesh.triangle_count > kMostTriangles - triangle_count_) {
-    throw std::length_error("Scene: more than 2^32 - 2 primitives with the " +
+    throw std::length_error("Scene: more than 2^31 - 2 primitives with the " +
                             std::to_string(mesh.triangle_count) + " of geometry " +
                             std::to_string(mesh.geometry_id));
   }

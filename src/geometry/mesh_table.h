@@ -51,9 +51,16 @@ class MeshTable {
   }
 
   /// Whether there is nothing but still triangles without filter functions, so that the triangle
-  /// test is all that a direct solve needs. Else the meshes have as many triangles as their
-  /// geometries have items, and no vertices.
+  /// test is all that a direct solve needs.
   bool is_plain() const { return is_plain_; }
+
+  /// Whether a mesh is of still triangles. Others have as many triangles as their geometries have
+  /// items, and no vertices.
+  bool HasTriangles(uint32_t mesh) const { return meshes_[mesh].triangles != nullptr; }
+
+  /// Lanes of a leaf that a primitive of a mesh fills (see leaf/leaf_block.h).
+  std::size_t LanesOf(uint32_t mesh) const { return lanes_[mesh]; }
+  bool all_fill_one_lane() const { return all_fill_one_lane_; }
   const Shapes& shapes() const { return *shapes_; }
 
   /// Whether every mesh, those of instanced scenes included, accepts every ray whose mask is not 0.
@@ -90,9 +97,11 @@ class MeshTable {
 
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
+  std::vector<uint8_t> lanes_;
   std::size_t triangle_count_ = 0;
   uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
   bool is_plain_;
+  bool all_fill_one_lane_ = true;
   std::unique_ptr<const Shapes> shapes_;
 };
 

@@ -35,13 +35,23 @@ constexpr DU kUint;
 HWY_INLINE size_t Lanes() { return hn::Lanes(kFloat); }
 
 /// One bit a lane.
-HWY_INLINE uint64_t Bits(M mask) {
+template <class Tag>
+HWY_INLINE uint64_t Bits(Tag tag, hn::Mask<Tag> mask) {
+#if HWY_TARGET <= HWY_AVX3
+  (void)tag;
+  return static_cast<uint64_t>(mask.raw) & ((uint64_t{1} << hn::MaxLanes(tag)) - 1);
+#elif HWY_TARGET <= HWY_AVX2
+  if constexpr (hn::MaxLanes(Tag()) == 8) {
+    return static_cast<uint32_t>(_mm256_movemask_ps(hn::VecFromMask(tag, mask).raw));
+  }
+#endif
   uint8_t bytes[8] = {};
-  hn::StoreMaskBits(kFloat, mask, bytes);
+  hn::StoreMaskBits(tag, mask, bytes);
   uint64_t bits;
   memcpy(&bits, bytes, sizeof(bits));
   return bits;
 }
+HWY_INLINE uint64_t Bits(M mask) { return Bits(kFloat, mask); }
 
 /// The way back from Bits.
 HWY_INLINE M MaskOf(uint64_t bits) {
@@ -62,20 +72,32 @@ constexpr float kDistanceSlack = 0x1p-16f;
 /// the smallest widening is beyond every distance, and no product becomes 0 * infinity.
 constexpr float kSmallestDirection = 1e-36f;
 
-/// A widened box, one value in all lanes.
-struct WideBox {
-  V lower[3];
-  V upper[3];
+/// A widened box in each lane.
+template <class Vec>
+struct WideBoxOf {
+  Vec lower[3];
+  Vec upper[3];
 };
+using WideBox = WideBoxOf<V>;
+
+/// `value` in all lanes of a vector like `like`.
+template <class Vec>
+HWY_INLINE Vec SetLike(Vec, float value) {
+  return hn::Set(hn::DFromV<Vec>(), value);
+}
 
 /// One after the other: the sum of the two would move in larger steps than a small x, and the
 /// result would not be monotone.
-HWY_INLINE V WidenDown(V x) {
-  const V relative = hn::Sub(x, hn::Mul(hn::Abs(x), hn::Set(kFloat, kBoxWidening)));
-  return hn::Sub(relative, hn::Set(kFloat, kBoxWideningAbsolute));
+template <class Vec>
+HWY_INLINE Vec WidenDown(Vec x) {
+  const Vec relative = hn::Sub(x, hn::Mul(hn::Abs(x), SetLike(x, kBoxWidening)));
+  return hn::Sub(relative, SetLike(x, kBoxWideningAbsolute));
 }
 
-HWY_INLINE V WidenUp(V x) { return hn::Neg(WidenDown(hn::Neg(x))); }
+template <class Vec>
+HWY_INLINE Vec WidenUp(Vec x) {
+  return hn::Neg(WidenDown(hn::Neg(x)));
+}
 
 HWY_INLINE WideBox Widen(const float* lower, const float* upper) {
   WideBox wide;
@@ -87,34 +109,53 @@ HWY_INLINE WideBox Widen(const float* lower, const float* upper) {
 }
 
 /// Reciprocal of a component of the direction. Finite for every finite component.
-HWY_INLINE V SafeReciprocal(V direction) {
-  const V smallest = hn::Set(kFloat, kSmallestDirection);
-  const V magnitude = hn::Max(hn::Abs(direction), smallest);
-  return hn::Div(hn::Set(kFloat, 1.0f), hn::CopySign(magnitude, direction));
+template <class Vec>
+HWY_INLINE Vec SafeReciprocal(Vec direction) {
+  const Vec magnitude = hn::Max(hn::Abs(direction), SetLike(direction, kSmallestDirection));
+  return hn::Div(SetLike(direction, 1.0f), hn::CopySign(magnitude, direction));
 }
 
 /// Where a ray is in a box: between `entry` and `exit`, both with slack; empty if entry > exit.
-struct Interval {
-  V entry;
-  V exit;
+template <class Vec>
+struct IntervalOf {
+  Vec entry;
+  Vec exit;
 };
+using Interval = IntervalOf<V>;
 
-HWY_INLINE Interval IntersectBox(const WideBox& box, const V* origin, const V* reciprocal) {
-  V entry, exit;
+/// The slab test where it is known through which planes a ray enters and leaves a box on each axis.
+template <class Vec>
+HWY_INLINE IntervalOf<Vec> IntersectPlanes(const Vec* near, const Vec* far, const Vec* origin,
+                                           const Vec* reciprocal) {
+  Vec entry = hn::Mul(hn::Sub(near[0], origin[0]), reciprocal[0]);
+  Vec exit = hn::Mul(hn::Sub(far[0], origin[0]), reciprocal[0]);
+  for (int axis = 1; axis < 3; ++axis) {
+    entry = hn::Max(entry, hn::Mul(hn::Sub(near[axis], origin[axis]), reciprocal[axis]));
+    exit = hn::Min(exit, hn::Mul(hn::Sub(far[axis], origin[axis]), reciprocal[axis]));
+  }
+  return {hn::Mul(entry, SetLike(entry, 1.0f - kDistanceSlack)),
+          hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
+}
+
+template <class Vec>
+HWY_INLINE IntervalOf<Vec> IntersectBox(const WideBoxOf<Vec>& box, const Vec* origin,
+                                        const Vec* reciprocal) {
+  Vec entry, exit;
   for (int axis = 0; axis < 3; ++axis) {
-    const V t0 = hn::Mul(hn::Sub(box.lower[axis], origin[axis]), reciprocal[axis]);
-    const V t1 = hn::Mul(hn::Sub(box.upper[axis], origin[axis]), reciprocal[axis]);
-    const V near = hn::Min(t0, t1), far = hn::Max(t0, t1);
+    const Vec t0 = hn::Mul(hn::Sub(box.lower[axis], origin[axis]), reciprocal[axis]);
+    const Vec t1 = hn::Mul(hn::Sub(box.upper[axis], origin[axis]), reciprocal[axis]);
+    const Vec near = hn::Min(t0, t1), far = hn::Max(t0, t1);
     entry = axis == 0 ? near : hn::Max(entry, near);
     exit = axis == 0 ? far : hn::Min(exit, far);
   }
-  return {hn::Mul(entry, hn::Set(kFloat, 1.0f - kDistanceSlack)),
-          hn::Mul(exit, hn::Set(kFloat, 1.0f + kDistanceSlack))};
+  return {hn::Mul(entry, SetLike(entry, 1.0f - kDistanceSlack)),
+          hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
 }
 
 /// Rays that are in the box somewhere in [max(tnear, 0), tfar].
-HWY_INLINE M Enters(const Interval& interval, V tnear, V tfar) {
-  const V first = hn::Max(interval.entry, hn::Max(tnear, hn::Zero(kFloat)));
+template <class Vec>
+HWY_INLINE auto Enters(const IntervalOf<Vec>& interval, Vec tnear, Vec tfar) {
+  const Vec first = hn::Max(interval.entry, hn::Max(tnear, hn::Zero(hn::DFromV<Vec>())));
   return hn::Le(first, hn::Min(interval.exit, tfar));
 }
 

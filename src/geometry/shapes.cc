@@ -154,6 +154,8 @@ Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> 
   for (uint32_t i = 0; i < geometries_.size(); ++i) {
     derived_[i].scene = scenes[i];
     Derive(i);
+    has_filters_ |= geometries_[i].closest_filter || geometries_[i].any_filter;
+    has_callbacks_ |= has_filters_ || geometries_[i].shape == Shape::kUser;
   }
 }
 
@@ -394,12 +396,6 @@ LinearBounds Shapes::BoundLinearly() const {
     Extend(last, end);
   }
   return {ToBounds(first), ToBounds(last)};
-}
-
-bool Shapes::has_callbacks() const {
-  return std::any_of(geometries_.begin(), geometries_.end(), [](const Geometry& geometry) {
-    return geometry.shape == Shape::kUser || geometry.closest_filter || geometry.any_filter;
-  });
 }
 
 }  // namespace dacrt

@@ -90,7 +90,8 @@ class Shapes {
   AffineTransform ToInstance(uint32_t geometry, float time) const;
 
   /// Whether a call needs callbacks; those of instanced scenes are not looked at.
-  bool has_callbacks() const;
+  bool has_callbacks() const { return has_callbacks_; }
+  bool has_filters() const { return has_filters_; }
 
  private:
   struct Derived {
@@ -112,6 +113,8 @@ class Shapes {
   std::vector<Geometry> geometries_;
   std::vector<Derived> derived_;
   bool robust_;
+  bool has_callbacks_ = false;
+  bool has_filters_ = false;
 };
 
 }  // namespace dacrt

@@ -8,7 +8,7 @@ namespace dacrt {
 bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref) {
   ref.primitive = primitive;
   ref.mesh = mesh;
-  if (!meshes.is_plain()) {
+  if (!meshes.HasTriangles(mesh)) {
     Box bounds;
     if (!meshes.shapes().BoundItem(mesh, primitive, bounds)) return false;
     std::copy_n(bounds.lower, 3, ref.lower);

@@ -10,50 +10,51 @@ namespace {
 /// where they should not suffice, subsets stay larger.
 std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 128; }
 
-std::size_t TriangleBytes(std::size_t triangles) {
-  // Rounded up to whole nodes, which stand behind them.
-  constexpr std::size_t kNode = sizeof(WideNode);
-  return (sizeof(uint32_t) * triangles + kNode - 1) / kNode * kNode;
+/// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
+/// to take.
+std::size_t NodesFor(std::size_t triangles) { return 16 + triangles / 24; }
+
+constexpr std::size_t RoundUp(std::size_t bytes, std::size_t multiple) {
+  return (bytes + multiple - 1) / multiple * multiple;
 }
 
-/// Takes one for each of `count` from a counter, unless there are not enough.
-bool Take(std::atomic<std::size_t>& counter, std::size_t count, std::size_t most, uint32_t& first) {
-  std::size_t begin = counter.load();
-  do {
-    if (count > most - begin) return false;
-  } while (!counter.compare_exchange_weak(begin, begin + count));
-  first = static_cast<uint32_t>(begin);
-  return true;
+/// Order and subsets; nodes and leaves stand behind them.
+std::size_t HeadBytes(std::size_t triangles) {
+  return RoundUp(sizeof(uint32_t) * triangles, alignof(WideNode)) +
+         RoundUp(sizeof(Subset) * SubsetsFor(triangles), alignof(WideNode));
 }
+
+constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
 
 }  // namespace
 
 std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
-  return TriangleBytes(triangles) + sizeof(Subset) * SubsetsFor(triangles) +
-         sizeof(WideNode) * (16 + triangles / 1024);
+  return HeadBytes(triangles) + sizeof(WideNode) * (16 + triangles / 1024) + kReadBehind;
 }
 
 KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
                              TaskPool& tasks)
     : meshes_(meshes) {
   const std::size_t most = meshes.triangle_count();
-  memory_ = Pages(std::max(budget, LeastBytes(most)));
+  const std::size_t bytes = std::max(budget, LeastBytes(most)) / kLeafUnit * kLeafUnit;
+  memory_ = Pages(bytes);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
-  next += TriangleBytes(most);
+  next += RoundUp(sizeof(uint32_t) * most, alignof(WideNode));
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
-  std::size_t left = memory_.bytes() - TriangleBytes(most) - subsets_.size_bytes();
-  next += subsets_.size_bytes();
-  const std::size_t align =
-      (alignof(WideNode) - reinterpret_cast<std::uintptr_t>(next)) % alignof(WideNode);
-  left -= align;
-  // Every node has a triangle at least.
-  nodes_ = {reinterpret_cast<WideNode*>(next + align), std::min(left / sizeof(WideNode), most + 1)};
+  nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
+  room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
+  const std::size_t node_units = NodesFor(most) * kUnitsANode;
+  leaf_units_ = room_units_ > node_units ? room_units_ - node_units : 0;
+  // Places have 30 bits.
+  if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
+  leaf_room_ = leaf_units_ > 0;
 
   List(list, tasks);
   subset_count_ = 1;
   subsets_[0].begin = 0;
   subsets_[0].count = static_cast<uint32_t>(triangles_.size());
+  subsets_[0].parent = Subset::kNowhere;
   subsets_[0].root = Subset::kUnsplit;
 }
 
@@ -83,13 +84,42 @@ void KeptPartition::List(ListFunction list, TaskPool& tasks) {
 
 bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                              uint32_t& first_subset) {
-  // If only one of the two can be had, what was taken is lost; the budget is at its end then.
-  return Take(node_count_, node_count, nodes_.size(), first_node) &&
-         Take(subset_count_, subset_count, subsets_.size(), first_subset);
+  std::size_t subsets = subset_count_.load();
+  do {
+    if (subset_count > subsets_.size() - subsets) return false;
+  } while (!subset_count_.compare_exchange_weak(subsets, subsets + subset_count));
+  first_subset = static_cast<uint32_t>(subsets);
+
+  uint64_t taken = taken_.load();
+  do {
+    const uint64_t nodes = taken >> 32, units = taken & UINT32_MAX;
+    // What was taken of the subsets is lost then; the budget is at its end.
+    if ((nodes + node_count) * kUnitsANode + units > room_units_) return false;
+    if (nodes + node_count > ChildWord::kMostNumber) return false;
+    first_node = static_cast<uint32_t>(nodes);
+  } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{node_count} << 32)));
+  return true;
+}
+
+bool KeptPartition::AllocateLeaf(std::size_t bytes, uint32_t& place) {
+  const uint64_t units = (bytes + kLeafUnit - 1) / kLeafUnit;
+  uint64_t taken = taken_.load();
+  do {
+    const uint64_t nodes = taken >> 32, used = taken & UINT32_MAX;
+    if (used + units > leaf_units_ || nodes * kUnitsANode + used + units > room_units_) {
+      leaf_room_.store(false, std::memory_order_relaxed);
+      return false;
+    }
+    const std::size_t end = (memory_.bytes() - kReadBehind) / kLeafUnit;
+    place = static_cast<uint32_t>(end - used - units);
+  } while (!taken_.compare_exchange_weak(taken, taken + units));
+  return true;
 }
 
 std::size_t KeptPartition::BytesUsed() const {
-  return triangles_.size_bytes() + node_count_ * sizeof(WideNode) + subset_count_ * sizeof(Subset);
+  const uint64_t taken = taken_.load();
+  return triangles_.size_bytes() + (taken >> 32) * sizeof(WideNode) +
+         (taken & UINT32_MAX) * kLeafUnit + subset_count_ * sizeof(Subset);
 }
 
 }  // namespace dacrt

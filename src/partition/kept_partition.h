@@ -1,9 +1,11 @@
-// The partition of a scene's triangles that is kept between calls, and grows where rays go.
+// The partition of a scene's triangles that is kept between calls, and grows where rays go: a
+// lazily built, quantised, 8-wide bounding volume hierarchy.
 //
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
 // range. A subset is split when a ray first comes to it: a large one by a grid into many, a small
-// one into nodes with a few triangles in each leaf (split_subset-inl.h). What has been published
-// never changes, so threads read it without locks.
+// one into nodes with a few triangles in each leaf (split_subset-inl.h). Leaves get a copy of their
+// geometry (leaf/leaf_block.h) while the budget lasts. What has been published never changes but
+// for a word that says the same in another way, so threads read it without locks.
 #pragma once
 
 #include <atomic>
@@ -26,10 +28,25 @@ struct Subset {
   static constexpr uint32_t kBeingSplit = UINT32_MAX - 1;
   /// The budget is used up: this one stays as it is.
   static constexpr uint32_t kNoRoom = UINT32_MAX - 2;
+  static constexpr uint32_t kNowhere = UINT32_MAX;
 
   uint32_t begin;
   uint32_t count;
+  uint32_t parent;  ///< node and child, node * 8 + child, behind which it stands; or kNowhere
   std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
+};
+
+/// The kept order, where ranges of it are leaves: the last triangle of each is marked.
+struct KeptOrder {
+  static constexpr uint32_t kLastOfLeaf = 1u << 31;
+  static constexpr uint32_t NumberOf(uint32_t entry) { return entry & ~kLastOfLeaf; }
+};
+
+/// What is walked: the nodes, what their leaves refer to, and the scene's.
+struct PartitionView {
+  WideNode* nodes;
+  const uint32_t* order;
+  const std::byte* leaves;  ///< leaf blocks, by their place in units of kLeafUnit bytes
 };
 
 /// The triangles of a range of numbers that can be hit.
@@ -45,6 +62,10 @@ using ListFunction = ListedTriangles (*)(const MeshTable& meshes, std::size_t be
 
 class KeptPartition {
  public:
+  static constexpr std::size_t kLeafUnit = 16;
+  /// Leaf blocks are read by whole vectors, which may reach so far behind their end.
+  static constexpr std::size_t kReadBehind = 64;
+
   /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a hundredth of a byte more for each
   /// counts as one that just does. Throws std::bad_alloc.
@@ -60,19 +81,35 @@ class KeptPartition {
   const Box& centers() const { return centers_; }
 
   const MeshTable& meshes() const { return meshes_; }
-  /// The numbers of the triangles (see MeshTable::Number), in the kept order. Those of a subset may
-  /// be reordered by whoever splits it.
+  /// The numbers of the triangles (see MeshTable::Number), in the kept order, with marks. Those of
+  /// a subset may be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
+  WideNode& node(uint32_t number) { return nodes_[number]; }
   const WideNode& node(uint32_t number) const { return nodes_[number]; }
   /// Subset 0 is the whole scene.
   Subset& subset(uint32_t number) { return subsets_[number]; }
+
+  PartitionView view() { return {nodes_, triangles_.data(), memory_.data()}; }
+
+  /// What a walk begins with: the whole scene.
+  ChildWord root() {
+    const uint32_t number = subsets_[0].root.load(std::memory_order_acquire);
+    return number < Subset::kNoRoom ? ChildWord::Inner(number) : ChildWord::Subset(0);
+  }
 
   /// Room for `node_count` nodes and `subset_count` subsets in a row, and the numbers of the first;
   /// false if there is not enough left.
   bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
-  WideNode& new_node(uint32_t number) { return nodes_[number]; }
+
+  /// Whether there may be room for leaf blocks.
+  bool HasLeafRoom() const { return leaf_room_.load(std::memory_order_relaxed); }
+
+  /// Room for leaf blocks of `bytes` bytes, and its place in units; false if there is not enough
+  /// left.
+  bool AllocateLeaf(std::size_t bytes, uint32_t& place);
+  std::byte* leaf(uint32_t place) { return memory_.data() + std::size_t{place} * kLeafUnit; }
 
   /// Bytes that are in use, of those that the budget allows.
   std::size_t BytesUsed() const;
@@ -86,9 +123,14 @@ class KeptPartition {
   Box centers_ = Box::Empty();
   Pages memory_;
   std::span<uint32_t> triangles_;
-  std::span<WideNode> nodes_;
   std::span<Subset> subsets_;
-  std::atomic<std::size_t> node_count_{0};
+  WideNode* nodes_ = nullptr;
+  /// Nodes grow upwards from the first one, leaf blocks downwards from the end of the memory; both
+  /// in one word, so that they never meet: nodes in the upper half, units of leaves in the lower.
+  std::atomic<uint64_t> taken_{0};
+  std::size_t room_units_ = 0;  ///< for nodes and leaves, in units of leaves
+  std::size_t leaf_units_ = 0;  ///< for leaves at most: nodes come first
+  std::atomic<bool> leaf_room_{false};
   std::atomic<std::size_t> subset_count_{0};
 };
 

@@ -9,11 +9,21 @@
 
 #include <utility>
 
-#include "partition/choose_split-inl.h"
+#include "partition/bin_map-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
+
+/// A partition of a range by bins: bins 0 to last_left_bin of `axis` go left.
+struct Split {
+  BinMap map;
+  int axis;
+  uint32_t last_left_bin;
+  size_t left_count;
+  Box left_box;
+  Box right_box;
+};
 
 /// The two ranges that a subproblem's triangles become.
 struct Children {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "partition/grid.h"
@@ -25,24 +26,20 @@ namespace HWY_NAMESPACE {
 /// Leaves that are subsets of the next level.
 struct SubsetLeaves {
   size_t most() const { return most_triangles; }
+  size_t most_of_node() const { return most_triangles; }
   /// A cell alone can not be split here.
   bool IsLeaf(const WeighedRange& child) const {
     return child.weight <= most_triangles || child.range.count() == 1;
   }
-  uint16_t Child(const WeighedRange& child) {
+  ChildWord Child(const WeighedRange& child) {
     grid.subsets[count] = {static_cast<uint32_t>(child.range.begin),
                            static_cast<uint32_t>(child.range.end)};
-    return WideNode::Child(WideNode::kSubset, count++ - first);
-  }
-  uint32_t first_other() {
-    first = count;
-    return static_cast<uint32_t>(count);
+    return ChildWord::Subset(static_cast<uint32_t>(count++));
   }
 
   Grid& grid;
   size_t most_triangles;
   size_t count = 0;
-  size_t first = 0;
 };
 
 /// Where the triangles of a subset belong, which are sorted in parts.
@@ -165,7 +162,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
   // Larger subsets where the nodes do not suffice, in very large scenes.
   for (; count == 0; leaves.most_triangles *= 4) {
     leaves.count = 0;
-    count = NodeBuilder<Cells, SubsetLeaves>(grid.cells, leaves, nodes, scratch).Build(all);
+    count = NodeBuilder(Cells(), grid.cells, leaves, nodes, scratch).Build(all);
   }
   uint32_t first_subset;
   const uint32_t root = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);
@@ -187,30 +184,47 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
   return root;
 }
 
-/// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if it can not be.
-/// Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
-inline uint32_t RootOf(KeptPartition& kept, uint32_t number, SubsetScratch& scratch,
-                       TaskPool* tasks = nullptr) {
+/// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if the budget does
+/// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
+///
+/// Where there is no scratch, or no memory, `otherwise()` is called while nobody else can split the
+/// subset, and nothing is returned.
+template <class Otherwise>
+inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, SubsetScratch* scratch,
+                                      TaskPool* tasks, const Otherwise& otherwise) {
   Subset& subset = kept.subset(number);
-  uint32_t root = subset.root.load(std::memory_order_acquire);
-  if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
-  uint32_t expected = Subset::kUnsplit;
-  if (!subset.root.compare_exchange_strong(expected, Subset::kBeingSplit)) {
+  for (;;) {
+    const uint32_t root = subset.root.load(std::memory_order_acquire);
+    if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
+    uint32_t expected = Subset::kUnsplit;
+    if (subset.root.compare_exchange_strong(expected, Subset::kBeingSplit)) break;
     subset.root.wait(Subset::kBeingSplit);
-    return std::min(subset.root.load(std::memory_order_acquire), Subset::kNoRoom);
   }
-  uint32_t next;  // what those that come later find
+  const auto publish = [&](uint32_t root) {
+    subset.root.store(root, std::memory_order_release);
+    subset.root.notify_all();
+  };
   try {
-    next = root = subset.count > SubsetScratch::kTriangles
-                      ? SplitByGrid(kept, subset, scratch, tasks)
-                      : SplitSmallSubset(kept, subset, scratch);
+    if (!scratch) throw std::bad_alloc();
+    const uint32_t root = subset.count > SubsetScratch::kTriangles
+                              ? SplitByGrid(kept, subset, *scratch, tasks)
+                              : SplitSmallSubset(kept, subset, *scratch);
+    publish(root);
+    if (root < Subset::kNoRoom && subset.parent != Subset::kNowhere) {
+      kept.node(subset.parent / WideNode::kWidth)
+          .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
+    }
+    return root;
   } catch (const std::bad_alloc&) {
-    root = Subset::kNoRoom;
-    next = Subset::kUnsplit;  // there may be memory the next time
   }
-  subset.root.store(next, std::memory_order_release);
-  subset.root.notify_all();
-  return root;
+  try {
+    otherwise();
+  } catch (...) {
+    publish(Subset::kUnsplit);
+    throw;
+  }
+  publish(Subset::kUnsplit);  // there may be memory the next time
+  return std::nullopt;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -13,22 +13,34 @@
 #include <limits>
 
 #include "geometry/extent-inl.h"
+#include "leaf/leaf_block.h"
 #include "partition/partition_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// What is split: references to triangles, or to cells (grid-inl.h) that hold several.
+/// What is split: references to triangles, to items of several shapes, or to cells (grid.h) that
+/// hold several triangles.
 struct Triangles {
-  static HWY_INLINE size_t Weight(const TriangleRef&) { return 1; }
+  HWY_INLINE size_t Weight(const TriangleRef&) const { return 1; }
+};
+struct Items {
+  HWY_INLINE size_t Weight(const TriangleRef& item) const { return meshes.LanesOf(item.mesh); }
+  const MeshTable& meshes;
 };
 struct Cells {
   /// A cell's number of triangles stands in the place of the mesh.
-  static HWY_INLINE size_t Weight(const TriangleRef& cell) { return cell.mesh; }
+  HWY_INLINE size_t Weight(const TriangleRef& cell) const { return cell.mesh; }
 };
 
-/// A range of references, and how many triangles they hold.
+/// What testing a ray against so many triangles costs: a leaf's are tested side by side.
+HWY_INLINE float LeafTests(size_t weight) {
+  return static_cast<float>((weight + kLeafLanes - 1) / kLeafLanes);
+}
+
+/// A range of references, and how many lanes of leaves they fill; of cells, how many triangles they
+/// hold.
 struct WeighedRange {
   TriangleRange range;
   size_t weight;
@@ -46,12 +58,13 @@ inline uint32_t SurfaceBins(size_t count) {
 }
 
 /// Two halves by count.
-template <class Items>
-inline WeighedChildren HalveWeighed(const TriangleRef* refs, const WeighedRange& parent) {
+template <class Kind>
+inline WeighedChildren HalveWeighed(const Kind& kind, const TriangleRef* refs,
+                                    const WeighedRange& parent) {
   const Children children = HalveTriangles(refs, parent.range);
   size_t left_weight = 0;
   for (size_t i = children.left.begin; i < children.left.end; ++i) {
-    left_weight += Items::Weight(refs[i]);
+    left_weight += kind.Weight(refs[i]);
   }
   return {{children.left, left_weight}, {children.right, parent.weight - left_weight}};
 }
@@ -85,9 +98,9 @@ inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range
 
 /// The best split of a range of at least two references by the surfaces of its sides, with the
 /// references moved; two halves by count if no split by bins has something on both sides.
-template <class Items>
-inline WeighedChildren SplitBySurface(TriangleRef* refs, const WeighedRange& parent,
-                                      SubsetScratch& scratch) {
+template <class Kind>
+inline WeighedChildren SplitBySurface(const Kind& kind, TriangleRef* refs,
+                                      const WeighedRange& parent, SubsetScratch& scratch) {
   const TriangleRange& range = parent.range;
   const uint32_t bins = SurfaceBins(range.count());
   const BinMap map(range.centers, bins);
@@ -108,7 +121,7 @@ inline WeighedChildren SplitBySurface(TriangleRef* refs, const WeighedRange& par
       Extent all = Extent::Load(bin);
       all.Join(extent);
       all.Store(bin);
-      weights[axis][number[axis]] += static_cast<uint32_t>(Items::Weight(refs[i]));
+      weights[axis][number[axis]] += static_cast<uint32_t>(kind.Weight(refs[i]));
     }
   }
 
@@ -124,7 +137,7 @@ inline WeighedChildren SplitBySurface(TriangleRef* refs, const WeighedRange& par
     for (uint32_t k = bins - 1; k > 0; --k) {
       side.Join(Extent::Load(extents[axis][k]));
       weight += weights[axis][k];
-      right_cost[k] = weight == 0 ? kNever : side.HalfArea() * static_cast<float>(weight);
+      right_cost[k] = weight == 0 ? kNever : side.HalfArea() * LeafTests(weight);
     }
     side = Extent::Empty();
     weight = 0;
@@ -132,14 +145,14 @@ inline WeighedChildren SplitBySurface(TriangleRef* refs, const WeighedRange& par
       side.Join(Extent::Load(extents[axis][k]));
       weight += weights[axis][k];
       if (weight == 0) continue;
-      const float cost = side.HalfArea() * static_cast<float>(weight) + right_cost[k + 1];
+      const float cost = side.HalfArea() * LeafTests(weight) + right_cost[k + 1];
       if (cost >= best_cost) continue;
       best_cost = cost;
       best_axis = axis;
       best_bin = k;
     }
   }
-  if (best_cost == kNever) return HalveWeighed<Items>(refs, parent);
+  if (best_cost == kNever) return HalveWeighed(kind, refs, parent);
   Extent left = Extent::Empty(), right = Extent::Empty();
   size_t left_weight = 0;
   for (uint32_t k = 0; k < bins; ++k) {

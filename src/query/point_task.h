@@ -11,7 +11,6 @@ struct PointTask {
   const PointQuery& query;
   float radius;  ///< as it is now; it only shrinks
   WorkspacePool& workspaces;
-  const Settings& settings;
 };
 
 }  // namespace dacrt

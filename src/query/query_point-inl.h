@@ -13,9 +13,11 @@
 #include <unordered_set>
 
 #include "geometry/wide_node-inl.h"
+#include "leaf/leaf_block.h"
 #include "partition/split_by_grid-inl.h"
 #include "query/point_domain.h"
 #include "query/point_task.h"
+#include "runtime/split_memory.h"
 #include "scene/scene_parts.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -33,7 +35,8 @@ class PointWalk {
         scene_(scene),
         instance_(instance),
         is_top_(!to_scene),
-        domain_(to_scene, task.query.point) {
+        domain_(to_scene, task.query.point),
+        split_memory_(task.workspaces) {
     domain_.SetRadius(task.radius);
   }
 
@@ -48,18 +51,18 @@ class PointWalk {
 
  private:
   void WalkSubset(uint32_t number) {
-    const uint32_t root = FindRoot(number);
-    if (root != Subset::kNoRoom) return WalkNode(scene_.kept->node(root));
-    const Subset& subset = scene_.kept->subset(number);
-    VisitItems(subset.begin, subset.count);
-  }
-
-  uint32_t FindRoot(uint32_t number) const {
-    const uint32_t root = scene_.kept->subset(number).root.load(std::memory_order_acquire);
-    if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
-    WorkspacePool::Loan loan(task_.workspaces);
-    loan.Reserve(WorkspaceShape(/*triangles=*/0, /*rays=*/0, /*keeps=*/true, task_.settings));
-    return RootOf(*scene_.kept, number, loan->scratch().subset);
+    KeptPartition& kept = *scene_.kept;
+    const Subset& subset = kept.subset(number);
+    const auto visit_all = [&] {
+      for (size_t i = 0; i < subset.count; ++i) VisitEntry(kept.triangles()[subset.begin + i]);
+    };
+    std::optional<uint32_t> root;
+    {
+      const SplitMemory::Use scratch(split_memory_);
+      root = RootOf(kept, number, scratch.get(), nullptr, [] { throw std::bad_alloc(); });
+    }
+    if (root == Subset::kNoRoom) return visit_all();
+    if (root) WalkNode(kept.node(*root));
   }
 
   void WalkNode(const WideNode& node) {
@@ -68,12 +71,13 @@ class PointWalk {
     while (near != 0) {
       const size_t i = TakeNearest(near, squares);
       if (!(squares[i] <= domain_.square())) return;
-      if (node.IsLeaf(i)) {
-        VisitItems(node.Number(i), node.Kind(i));
-      } else if (node.IsSubset(i)) {
-        WalkSubset(node.Number(i));
+      const ChildWord child = node.Child(i);
+      if (child.IsLeaf()) {
+        VisitLeaf(child);
+      } else if (child.IsSubset()) {
+        WalkSubset(child.number());
       } else {
-        WalkNode(scene_.kept->node(node.Number(i)));
+        WalkNode(scene_.kept->node(child.number()));
       }
     }
   }
@@ -81,24 +85,24 @@ class PointWalk {
   /// The children that have a part in the domain, a bit each, and the squares of their distances.
   uint64_t ChildrenInDomain(const WideNode& node, float* squares) const {
     uint64_t near = 0;
-    for (size_t part = 0; part < WideNode::kWidth; part += ChildLanes()) {
-      ChildVec square = hn::Zero(kChildTag);
-      hn::Mask<ChildTag> meets = hn::FirstN(kChildTag, ChildLanes());
+    // Through the planes of no octant in particular: lower ones are near.
+    const ChildPlanes planes(node, PlaneOffsets(0));
+    for (size_t part = 0; part < kParts; ++part) {
+      EightPart square = hn::Zero(kEightTag);
+      hn::Mask<EightTag> meets = hn::FirstN(kEightTag, kPartLanes);
       for (int axis = 0; axis < 3; ++axis) {
-        const ChildVec center = hn::Set(kChildTag, domain_.center()[axis]);
-        const ChildVec below = hn::Sub(WideLower(node, axis, part), center);
-        const ChildVec above = hn::Sub(center, WideUpper(node, axis, part));
-        const ChildVec distance = hn::Max(hn::Max(below, above), hn::Zero(kChildTag));
-        meets = hn::And(meets, hn::Le(distance, hn::Set(kChildTag, domain_.reach()[axis])));
+        const EightPart center = hn::Set(kEightTag, domain_.center()[axis]);
+        const EightPart below = hn::Sub(planes.near[part][axis], center);
+        const EightPart above = hn::Sub(center, planes.far[part][axis]);
+        const EightPart distance = hn::Max(hn::Max(below, above), hn::Zero(kEightTag));
+        meets = hn::And(meets, hn::Le(distance, hn::Set(kEightTag, domain_.reach()[axis])));
         square = hn::Add(square, hn::Mul(distance, distance));
       }
-      meets = hn::And(meets, hn::Le(square, hn::Set(kChildTag, domain_.square())));
-      uint8_t bytes[8] = {};
-      hn::StoreMaskBits(kChildTag, meets, bytes);
-      near |= uint64_t{bytes[0]} << part;
-      hn::Store(square, kChildTag, squares + part);
+      meets = hn::And(meets, hn::Le(square, hn::Set(kEightTag, domain_.square())));
+      near |= Bits(kEightTag, meets) << (part * kPartLanes);
+      hn::Store(square, kEightTag, squares + part * kPartLanes);
     }
-    return near & ((uint64_t{1} << node.count) - 1);
+    return near & node.UsedChildren();
   }
 
   /// Takes the child with the least distance out of `children`, which are not empty.
@@ -112,10 +116,22 @@ class PointWalk {
     return nearest;
   }
 
-  /// Items [begin, begin + count) of the kept order.
-  void VisitItems(size_t begin, size_t count) {
-    const auto numbers = scene_.kept->triangles().subspan(begin, count);
-    for (const uint32_t number : numbers) VisitItem(scene_.meshes.Locate(number));
+  void VisitLeaf(ChildWord leaf) {
+    const PartitionView partition = scene_.kept->view();
+    uint32_t first = leaf.range();
+    if (leaf.IsBlock()) {
+      const std::byte* const block =
+          partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
+      first = reinterpret_cast<const LeafBlock*>(block)->first;
+    }
+    for (bool is_last = false; !is_last; ++first) {
+      is_last = (partition.order[first] & KeptOrder::kLastOfLeaf) != 0;
+      VisitEntry(partition.order[first]);
+    }
+  }
+
+  void VisitEntry(uint32_t entry) {
+    VisitItem(scene_.meshes.Locate(KeptOrder::NumberOf(entry)));
   }
 
   void VisitItem(MeshTable::Name item) {
@@ -172,6 +188,7 @@ class PointWalk {
   const InstanceSpace* const instance_;
   const bool is_top_;
   PointDomain domain_;
+  SplitMemory split_memory_;
   std::unordered_set<uint64_t> visited_grids_;
 };
 

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dacrt/callback.h"
 #include "geometry/box.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
@@ -25,36 +24,6 @@ struct alignas(64) TriangleBlock {
   uint32_t mesh[kCapacity];
   uint32_t primitive[kCapacity];
   std::size_t count;
-};
-
-/// Triangles that stand for facets (see geometry/shapes.h), with what the tests of facets need.
-struct alignas(64) FacetBlock {
-  TriangleBlock triangles;  ///< `mesh` and `primitive` are the item's name
-  float v1[3][TriangleBlock::kCapacity];
-  float v2[3][TriangleBlock::kCapacity];
-  bool is_second[TriangleBlock::kCapacity];  ///< of the two of a quad
-};
-
-/// Spheres and discs, a lane each.
-struct alignas(64) PointBlock {
-  static constexpr std::size_t kCapacity = 32;
-
-  float center[3][kCapacity];
-  float radius[kCapacity];
-  float normal[3][kCapacity];
-  float lower[3][kCapacity];  ///< of its own box, widened
-  float upper[3][kCapacity];
-  uint32_t geometry[kCapacity];
-  uint32_t item[kCapacity];
-  std::size_t count;
-};
-
-/// Rays and hits as callbacks see them.
-struct alignas(64) CallbackPacket {
-  static constexpr std::size_t kMostLanes = 16;
-
-  uint32_t values[kPacketComponents * kMostLanes];
-  int32_t valid[kMostLanes];
 };
 
 /// The rays that steer a partition.
@@ -93,15 +62,14 @@ struct SubsetScratch {
   TriangleRef refs[kTriangles];
   TriangleRef spare[kTriangles];  ///< for references that move
   WideNode nodes[kNodes];
+  uint32_t order[kTriangles];
+  bool is_last[kTriangles];  ///< of its leaf
 };
 
 struct Scratch {
   static constexpr int kMaxBins = 32;
 
   TriangleBlock triangles;
-  FacetBlock facets;
-  PointBlock points;
-  CallbackPacket packet;
   SampleRays samples;
   Bin bins[3][kMaxBins];
   SplitCandidate candidates[3][kMaxBins];

@@ -15,7 +15,7 @@ enum class Step {
   kPartition,
   kFiltering,
   kDirect,
-  kFewRays,
+  kTracing,
   kStoring
 };
 

@@ -34,20 +34,29 @@ class Cutter {
 
 }  // namespace
 
-WorkspaceShape::WorkspaceShape(std::size_t triangles, std::size_t rays, bool keeps,
-                               const Settings& settings)
-    : rays(rays) {
+WorkspaceShape WorkspaceShape::ForKept(std::size_t piece_rays, bool has_instances) {
+  WorkspaceShape shape;
+  shape.records = piece_rays;
+  shape.list_bytes = kListLevels * ListBytes(piece_rays);
+  shape.instance_rays = has_instances ? InstanceMemory::kRays : 0;
+  return shape;
+}
+
+WorkspaceShape WorkspaceShape::ForPaper(std::size_t triangles, std::size_t rays, bool is_plain,
+                                        const Settings& settings) {
   // Copies of a ray that methods without skipping get. With four, a million diffuse rays in an
   // atrium took 2.3 (afra2012) and 1.8 (mora2011) times the box tests, because children had to do
   // with their parents' rays; with eighteen no test less.
   constexpr std::size_t kCopiesOfUnskipped = 9;
   const bool skips = settings.algorithm == Algorithm::kNabata2013 && settings.skip_filtering;
   const bool cuts_space = settings.algorithm == Algorithm::kMora2011;
-  constexpr std::size_t kPlacesAPacket = 6;
-  refs = keeps ? 0 : cuts_space ? 2 * triangles : triangles;
-  packet_slots = keeps ? RoundUp(kPlacesAPacket * (rays / kMaxLanes) + kSpareSlots, kMaxLanes) : 0;
-  cones = cuts_space ? (rays + ConicPackets::kRays - 1) / ConicPackets::kRays : 0;
-  slots = RoundUp((1 + (skips ? 1 : kCopiesOfUnskipped)) * rays + kSpareSlots, kMaxLanes);
+  WorkspaceShape shape;
+  shape.rays = rays;
+  shape.refs = cuts_space ? 2 * triangles : triangles;
+  shape.cones = cuts_space ? (rays + ConicPackets::kRays - 1) / ConicPackets::kRays : 0;
+  shape.slots = RoundUp((1 + (skips ? 1 : kCopiesOfUnskipped)) * rays + kSpareSlots, kMaxLanes);
+  shape.full_hits = is_plain ? 0 : rays;
+  return shape;
 }
 
 void Workspace::Reserve(const WorkspaceShape& shape) {
@@ -58,6 +67,14 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   }
   Cutter cutter(memory_.data());
   scratch_ = cutter.Cut<Scratch>(1);
+  records_ = cutter.Cut<RayRecord>(shape.records);
+  hits_ = cutter.Cut<FullHit>(shape.records);
+  lists_.top = cutter.Cut<std::byte>(shape.list_bytes);
+  lists_.end = lists_.top + shape.list_bytes;
+  instance_memory_.count = shape.instance_rays;
+  instance_memory_.rays = cutter.Cut<RayRecord>(shape.instance_rays);
+  instance_memory_.hits = cutter.Cut<FullHit>(shape.instance_rays);
+  instance_memory_.callers = cutter.Cut<uint32_t>(shape.instance_rays);
   refs_ = {cutter.Cut<TriangleRef>(shape.refs), shape.refs};
   // The fields are read and written side by side; at equal offsets in their pages they would
   // compete for the same lines of the cache, so each begins five lines further into its page.
@@ -75,24 +92,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   batch_.bits_capacity = shape.slots / 8;
   batch_.lane_bits = cutter.Cut<uint8_t>(batch_.bits_capacity);
   batch_.bits_top = 0;
-  const auto cut_packet_field = [&]<class T>(T*& field) {
-    field = cutter.Cut<T>(shape.packet_slots);
-    cutter.Skip(5);
-  };
-  for (float*& field : packets_.org_lower) cut_packet_field(field);
-  for (float*& field : packets_.org_upper) cut_packet_field(field);
-  for (float*& field : packets_.reciprocal_lower) cut_packet_field(field);
-  for (float*& field : packets_.reciprocal_upper) cut_packet_field(field);
-  cut_packet_field(packets_.tnear);
-  cut_packet_field(packets_.tfar);
-  cut_packet_field(packets_.index);
-  packets_.capacity = shape.packet_slots;
-  packets_.top = 0;
-  packets_.bits_capacity = shape.packet_slots / 8;
-  packets_.lane_bits = cutter.Cut<uint8_t>(packets_.bits_capacity);
-  packets_.bits_top = 0;
   batch_.hits = cutter.Cut<Hit>(shape.rays);
-  outer_slots_ = {cutter.Cut<uint32_t>(shape.outer_slots), shape.outer_slots};
   batch_.full_hits = cutter.Cut<FullHit>(shape.full_hits);
   for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.cones);
   batch_.cones.tangent = cutter.Cut<float>(shape.cones);

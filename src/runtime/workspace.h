@@ -8,22 +8,33 @@
 #include <vector>
 
 #include "geometry/triangle_refs.h"
-#include "rays/ray_batch.h"
+#include "paper/ray_batch.h"
+#include "rays/ray_lists.h"
+#include "rays/ray_record.h"
 #include "runtime/memory_account.h"
 #include "runtime/pages.h"
 #include "runtime/scratch.h"
 
 namespace dacrt {
 
-/// The formula: what a call with `triangles` triangles and pieces of `rays` rays needs.
+/// The formula: what a thread needs for pieces of R rays of a call.
 ///
+/// With a kept partition
+///   bytes = kRecordBytes * R + kListLevels * ListBytes(R)
+///           + kRecordBytes * instance_rays + kConstantBytes
+///
+/// records: each has one, and a full hit.
+///
+/// lists: a visit of a node takes three bytes for each of its rays (trace/trace_task.h). The lists
+/// of kListLevels levels fit if every ray were in each; as a rule they get shorter from level to
+/// level. Where they do not fit, rays go on one by one, which takes none.
+///
+/// Where nothing is kept
 ///   bytes = kRefBytes * refs + (kSlotBytes + 1/8) * slots + kRayBytes * rays
-///           + kConeBytes * cones + (kPacketSlotBytes + 1/8) * packet_slots
-///           + kFullHitBytes * full_hits + 4 * outer_slots + kConstantBytes
+///           + kConeBytes * cones + kFullHitBytes * full_hits + kConstantBytes
 ///
-/// refs: one for each triangle, unless the partition is kept. Space partition (mora2011) has as
-/// many again for the triangles that straddle a cut; where they do not suffice, objects are
-/// partitioned instead.
+/// refs: one for each triangle. Space partition (mora2011) has as many again for the triangles that
+/// straddle a cut; where they do not suffice, objects are partitioned instead.
 ///
 /// slots: places for rays, one each in the piece itself, and more in the blocks of its survivors,
 /// which are stacked. A child of which more than half would survive shares its parent's block, so
@@ -36,12 +47,7 @@ namespace dacrt {
 ///
 /// cones: for space partition; one for 64 rays, and its place in stacked lists.
 ///
-/// packet_slots: places for packets of 16 coherent rays, where the partition is kept: six a packet.
-/// Packets are always filtered in front of leaves, so that blocks do not halve as those of rays do.
-///
 /// full_hits: one a ray for scenes of more than still triangles.
-///
-/// outer_slots: one a ray for rays in the space of an instance.
 struct WorkspaceShape {
   /// How many lists of all packets the stack of lists can hold.
   static constexpr std::size_t kPacketLists = 48;
@@ -49,31 +55,40 @@ struct WorkspaceShape {
   static constexpr std::size_t kRefBytes = sizeof(TriangleRef);
   static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
   static constexpr std::size_t kConeBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
-  static constexpr std::size_t kPacketSlotBytes = PacketBatch::kFields * sizeof(float);
   static constexpr std::size_t kFullHitBytes = sizeof(FullHit);
   static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
+  static constexpr std::size_t kRecordBytes = sizeof(RayRecord) + sizeof(FullHit);
+  static constexpr std::size_t kListLevels = 16;
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
   /// Scratch, and what aligning the arrays takes.
   static constexpr std::size_t kConstantBytes = sizeof(Scratch) + 16 * 1024;
 
-  /// For pieces of `rays` rays. `keeps`: the partition is kept elsewhere, whatever the settings
-  /// say.
-  WorkspaceShape(std::size_t triangles, std::size_t rays, bool keeps, const Settings& settings);
+  /// Scratch alone.
+  WorkspaceShape() = default;
+
+  /// For pieces of `piece_rays` rays over a kept partition.
+  static WorkspaceShape ForKept(std::size_t piece_rays, bool has_instances);
+
+  /// For pieces of `rays` rays by the published methods.
+  static WorkspaceShape ForPaper(std::size_t triangles, std::size_t rays, bool is_plain,
+                                 const Settings& settings);
 
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
-           kConeBytes * cones + kPacketSlotBytes * packet_slots + packet_slots / 8 +
-           kFullHitBytes * full_hits + sizeof(uint32_t) * outer_slots + kConstantBytes;
+           kConeBytes * cones + kFullHitBytes * full_hits + kRecordBytes * records + list_bytes +
+           (kRecordBytes + sizeof(uint32_t)) * instance_rays + kConstantBytes;
   }
 
-  std::size_t refs;
-  std::size_t slots;
-  std::size_t rays;
-  std::size_t cones;
-  std::size_t packet_slots;
+  std::size_t records = 0;
+  std::size_t list_bytes = 0;
+  std::size_t instance_rays = 0;
+
+  std::size_t refs = 0;
+  std::size_t slots = 0;
+  std::size_t rays = 0;
+  std::size_t cones = 0;
   std::size_t full_hits = 0;
-  std::size_t outer_slots = 0;
 };
 
 /// One block of memory, kept between calls and grown when a call needs more.
@@ -84,21 +99,26 @@ class Workspace {
   void Reserve(const WorkspaceShape& shape);
 
   std::size_t bytes() const { return memory_.bytes(); }
+  Scratch& scratch() const { return *scratch_; }
+
+  RayRecord* rays() const { return records_; }
+  FullHit* hits() const { return hits_; }
+  ListMemory lists() const { return lists_; }
+  InstanceMemory instance_memory() const { return instance_memory_; }
+
   std::span<TriangleRef> refs() const { return refs_; }
   /// The empty batch.
   const RayBatch& batch() const { return batch_; }
-  const PacketBatch& packets() const { return packets_; }
-  /// Where the rays of an instance stand in the batch of the scene that it is in.
-  std::span<uint32_t> outer_slots() const { return outer_slots_; }
-  Scratch& scratch() const { return *scratch_; }
 
  private:
   Pages memory_;
-  std::span<TriangleRef> refs_;
-  std::span<uint32_t> outer_slots_;
   Scratch* scratch_ = nullptr;
+  RayRecord* records_ = nullptr;
+  FullHit* hits_ = nullptr;
+  ListMemory lists_{};
+  InstanceMemory instance_memory_{};
+  std::span<TriangleRef> refs_;
   RayBatch batch_{};
-  PacketBatch packets_{};
 };
 
 /// The workspaces of a device. Threads: any number may use a pool at once.

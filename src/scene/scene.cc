@@ -1,6 +1,7 @@
 // A committed scene, and the flow of one batch through the engine.
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <deque>
 #include <mutex>
@@ -18,8 +19,9 @@
 #include "geometry/triangle_refs.h"
 #include "partition/grid.h"
 #include "partition/kept_partition.h"
+#include "rays/packet_view.h"
 #include "scene/scene_parts.h"
-#include "solve/solve.h"
+#include "trace/policy.h"
 
 namespace dacrt {
 namespace {
@@ -49,16 +51,15 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
   statistics.seconds_partition = of(Step::kPartition);
   statistics.seconds_filtering = of(Step::kFiltering);
   statistics.seconds_direct = of(Step::kDirect);
-  statistics.seconds_few_rays = of(Step::kFewRays);
   statistics.seconds_storing = of(Step::kStoring);
 }
 
-void CheckOptions(const CallOptions& options) {
-  if (options.callback_width < 1 || options.callback_width > CallbackPacket::kMostLanes) {
-    throw std::invalid_argument("Trace: options.callback_width is " +
-                                std::to_string(options.callback_width) + ", not 1 to " +
-                                std::to_string(CallbackPacket::kMostLanes));
-  }
+constexpr uint32_t kMostPacketLanes = 16;
+
+void CheckLanes(const char* name, uint32_t lanes) {
+  if (lanes >= 1 && lanes <= kMostPacketLanes) return;
+  throw std::invalid_argument(std::string("Trace: ") + name + " is " + std::to_string(lanes) +
+                              ", not 1 to " + std::to_string(kMostPacketLanes));
 }
 
 }  // namespace
@@ -69,20 +70,22 @@ class Scene::Implementation {
                  std::vector<std::shared_ptr<const Scene>> scenes)
       : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
     const std::size_t most = parts.meshes.triangle_count();
-    if (most > 0 && Engine().Keeps(most, keep)) {
-      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most),
-                                                   Engine().kernels.list, Engine().tasks);
+    if (Engine().Keeps()) {
+      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
+                                                   Engine().kernels.partition.list,
+                                                   Engine().tasks);
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {
       CountTriangles();
     }
-    has_callbacks = parts.meshes.shapes().has_callbacks();
-    for (const auto& scene : instanced) has_callbacks |= scene->implementation_->has_callbacks;
-    // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
-    if (parts.kept) {
-      Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
+    parts.has_instances = !instanced.empty();
+    parts.has_callbacks = parts.meshes.shapes().has_callbacks();
+    for (const auto& scene : instanced) {
+      parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
     }
+    // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
+    if (parts.kept) Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
   }
 
   static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
@@ -104,58 +107,84 @@ class Scene::Implementation {
   Device::Implementation& Engine() const { return *device->implementation_; }
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
+    if (parts.kept && rays.count <= policy::kShortCall) {
+      Engine().kernels.trace.short_call(query, parts, rays, options, Engine().workspaces);
+      return {};
+    }
     const Device::Implementation::RunningCall call(Engine());
     CallPlan plan = PlanFor(rays.count, call.threads());
-    std::deque<WorkerMemory> workspaces;
+    std::deque<WorkspacePool::Loan> workspaces;
     ReserveWorkspaces(plan, workspaces);
     Statistics statistics;
     // With all threads, because nobody could do anything else before it is done.
-    if (parts.kept && !has_callbacks) {
-      Engine().kernels.split_all(*parts.kept, workspaces[0].own->scratch().subset, Engine().tasks);
+    if (parts.kept && !parts.has_callbacks) {
+      Engine().kernels.partition.split_all(*parts.kept, workspaces[0]->scratch().subset,
+                                           Engine().tasks);
     }
     std::mutex mutex;
     std::atomic<std::size_t> next_ray{0};
     Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
-      const Statistics own = TracePieces(query, rays, options, plan, next_ray, workspaces[worker]);
+      const Statistics own =
+          parts.kept ? TracePieces(query, rays, options, plan, next_ray, *workspaces[worker])
+                     : TraceUnkept(query, rays, options, plan, *workspaces[worker]);
       const std::lock_guard lock(mutex);
       statistics += own;
     });
     return statistics;
   }
 
+  void Trace(Query query, const RayPacket& packet, const CallOptions& options) const {
+    if (parts.kept) {
+      return Engine().kernels.trace.packet(query, parts, packet, options, Engine().workspaces);
+    }
+    // Lanes that take no part are inactive rays.
+    RayView view = ViewOf(packet);
+    const void* lanes[kMostPacketLanes];
+    static constexpr auto kInactive = [] {
+      std::array<float, kPacketComponents * kMostPacketLanes> values{};
+      values.fill(-1);
+      return values;
+    }();
+    const auto start = reinterpret_cast<std::uintptr_t>(packet.values);
+    for (uint32_t lane = 0; lane < packet.lanes; ++lane) {
+      const bool is_valid = !packet.valid || packet.valid[lane] == -1;
+      lanes[lane] = is_valid ? static_cast<const float*>(packet.values) + lane : kInactive.data();
+    }
+    view.lanes = 1;
+    view.packets = lanes;
+    for (RayView::Component* component :
+         {&view.org_x, &view.org_y, &view.org_z, &view.dir_x, &view.dir_y, &view.dir_z,
+          &view.tnear, &view.tfar, &view.mask, &view.time, &view.id, &view.flags, &view.ng_x,
+          &view.ng_y, &view.ng_z, &view.u, &view.v, &view.primitive_id, &view.geometry_id,
+          &view.instance_id}) {
+      if (*component != RayView::kAbsent) *component -= start;
+    }
+    Trace(query, view, options);
+  }
+
   void QueryPoint(const PointQuery& query) const {
     if (!(query.radius >= 0)) return;
-    PointTask task{query, query.radius, Engine().workspaces, Engine().settings};
+    PointTask task{query, query.radius, Engine().workspaces};
     Engine().kernels.query_point(task, parts);
   }
 
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t ray_count) const {
     const CallPlan plan = PlanFor(ray_count, Engine().tasks.threads());
-    std::size_t bytes = Shape(plan).Bytes();
-    if (!instanced.empty()) bytes += InstanceShape(plan).Bytes();
-    bytes = std::max(bytes * plan.workers, FloorBytes());
-    std::size_t largest = parts.kept ? parts.triangle_count : 0;
+    const std::size_t bytes = Shape(plan).Bytes() * plan.workers;
+    if (!parts.kept) return bytes;
+    std::size_t largest = parts.triangle_count;
     for (const auto& scene : instanced) {
-      const SceneParts& inner = scene->implementation_->parts;
-      if (inner.kept) largest = std::max(largest, inner.triangle_count);
+      largest = std::max(largest, scene->implementation_->parts.triangle_count);
     }
-    return bytes + (largest > 0 ? Engine().GridBytes(largest) : 0);
+    return std::max(bytes, Engine().FloorBytes(!instanced.empty())) + Engine().GridBytes(largest);
   }
 
   std::shared_ptr<Device> device;
   std::vector<std::shared_ptr<const Scene>> instanced;
   SceneParts parts;
-  bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
 
  private:
-  /// What a worker needs. An idle second one where there are no instances.
-  struct WorkerMemory {
-    explicit WorkerMemory(WorkspacePool& pool) : own(pool) {}
-    WorkspacePool::Loan own;
-    std::optional<WorkspacePool::Loan> for_instance;
-  };
-
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
     if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
     const std::string where =
@@ -170,43 +199,13 @@ class Scene::Implementation {
 
   /// A callback is called by the thread that calls.
   CallPlan PlanFor(std::size_t ray_count, std::size_t threads) const {
-    return CallPlan(ray_count, has_callbacks ? 1 : threads, parts.kept != nullptr,
+    return CallPlan(ray_count, parts.has_callbacks ? 1 : threads, parts.kept != nullptr,
                     Engine().settings);
   }
 
-  /// What is reserved when the scene is made.
-  std::size_t FloorBytes() const {
-    return parts.kept ? Shape(CallPlan::Least(true, Engine().settings)).Bytes() : 0;
-  }
-
   WorkspaceShape Shape(const CallPlan& plan) const {
-    WorkspaceShape shape(parts.triangle_count, plan.piece_rays, parts.kept != nullptr,
-                         Engine().settings);
-    if (!parts.meshes.is_plain()) shape.full_hits = shape.rays;
-    return shape;
-  }
-
-  /// For rays in the space of any of the instances.
-  WorkspaceShape InstanceShape(const CallPlan& plan) const {
-    // Gathered at once; more would save little, as the partition is there for all.
-    constexpr std::size_t kMostRays = 8192;
-    std::size_t triangles = 0;
-    bool keeps = true;
-    for (const auto& scene : instanced) {
-      const SceneParts& inner = scene->implementation_->parts;
-      if (inner.kept) continue;
-      keeps = false;
-      triangles = std::max(triangles, inner.triangle_count);
-    }
-    const std::size_t rays = std::min(plan.piece_rays, kMostRays);
-    WorkspaceShape shape(triangles, rays, /*keeps=*/true, Engine().settings);
-    const WorkspaceShape unkept(triangles, rays, /*keeps=*/false, Engine().settings);
-    if (!keeps) {
-      shape.refs = unkept.refs;
-      shape.slots = std::max(shape.slots, unkept.slots);
-    }
-    shape.outer_slots = rays;
-    return shape;
+    return Engine().Shape(plan, parts.triangle_count, parts.meshes.is_plain(),
+                          !instanced.empty());
   }
 
   void CountTriangles() {
@@ -225,14 +224,12 @@ class Scene::Implementation {
   }
 
   /// One for each worker; with a smaller plan if the memory for this one cannot be had.
-  void ReserveWorkspaces(CallPlan& plan, std::deque<WorkerMemory>& workspaces) const {
+  void ReserveWorkspaces(CallPlan& plan, std::deque<WorkspacePool::Loan>& workspaces) const {
     WorkspacePool& pool = Engine().workspaces;
     for (;;) {
       try {
         for (std::size_t worker = 0; worker < plan.workers; ++worker) {
-          WorkerMemory& memory = workspaces.emplace_back(pool);
-          memory.own.Reserve(Shape(plan));
-          if (!instanced.empty()) memory.for_instance.emplace(pool).Reserve(InstanceShape(plan));
+          workspaces.emplace_back(pool).Reserve(Shape(plan));
         }
         return;
       } catch (const std::bad_alloc&) {
@@ -246,35 +243,32 @@ class Scene::Implementation {
   /// Works on pieces until none is left.
   Statistics TracePieces(Query query, const RayView& rays, const CallOptions& options,
                          const CallPlan& plan, std::atomic<std::size_t>& next_ray,
-                         WorkerMemory& memory) const {
-    const Device::Implementation& engine = Engine();
-    const MeshTable& meshes = parts.meshes;
-    KeptPartition* const kept = parts.kept.get();
-    const WorkspacePool::Loan& workspace = memory.own;
+                         Workspace& workspace) const {
     Statistics statistics;
-    StepClock clock;
-    std::optional<TriangleRange> triangles;
     for (std::size_t first = next_ray; first < rays.count;) {
       const std::size_t count = plan.NextPiece(rays.count - first);
       if (!next_ray.compare_exchange_weak(first, first + count)) continue;
-      RayBatch batch = workspace->batch();
-      PacketBatch packets = workspace->packets();
-      const CallFrame frame{rays,
-                            first,
-                            options,
-                            engine.kernels,
-                            rays.instance_value,
-                            memory.for_instance ? &**memory.for_instance : nullptr};
-      const SolveTask task{meshes,
-                           engine.settings,
-                           workspace->refs(),
-                           batch,
-                           packets,
-                           workspace->scratch(),
-                           statistics,
-                           clock,
-                           kept,
-                           meshes.is_plain() ? nullptr : &frame};
+      Engine().kernels.trace.piece(query, parts, rays, first, count, options, workspace,
+                                   statistics);
+      first = next_ray;
+    }
+    return statistics;
+  }
+
+  /// The same by the published methods.
+  Statistics TraceUnkept(Query query, const RayView& rays, const CallOptions& options,
+                         const CallPlan& plan, Workspace& workspace) const {
+    const Device::Implementation& engine = Engine();
+    const MeshTable& meshes = parts.meshes;
+    Statistics statistics;
+    StepClock clock;
+    std::optional<TriangleRange> triangles;
+    for (std::size_t first = 0; first < rays.count;) {
+      const std::size_t count = std::min(plan.piece_rays, rays.count - first);
+      RayBatch batch = workspace.batch();
+      const CallFrame frame{&rays, first, options, rays.instance_value};
+      const PaperTask task{parts,      engine.settings, workspace.refs(), batch,
+                           workspace.scratch(), statistics, clock, frame};
       const RayBlock active = [&] {
         const StepClock::Charge charge(clock, Step::kLoading);
         return LoadRays(rays, first, count, query, meshes, batch);
@@ -283,21 +277,17 @@ class Scene::Implementation {
       // leaves them clipped.
       if (!triangles || engine.settings.algorithm == Algorithm::kMora2011) {
         const StepClock::Charge charge(clock, Step::kBinning);
-        triangles = kept ? TriangleRange{} : MakeTriangleRefs(meshes, RefsOf(workspace));
+        triangles = MakeTriangleRefs(meshes, workspace.refs().first(parts.triangle_count));
       }
-      if (active.count > 0) engine.kernels.solve(query, task, *triangles, active);
+      if (active.count > 0) engine.kernels.paper.solve(query, task, *triangles, active);
       const StepClock::Charge charge(clock, Step::kStoring);
-      statistics.hits += engine.kernels.store(query, rays, first, task, active);
+      statistics.hits += engine.kernels.paper.store(query, rays, first, task, active);
       statistics.rays += active.count;
       ++statistics.pieces;
-      first = next_ray;
+      first += count;
     }
     TakeSeconds(clock, statistics);
     return statistics;
-  }
-
-  std::span<TriangleRef> RefsOf(const WorkspacePool::Loan& workspace) const {
-    return workspace->refs().first(parts.triangle_count);
   }
 };
 
@@ -340,9 +330,16 @@ std::size_t Scene::WorkspaceBytes(std::size_t ray_count) const {
 
 Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions& options) const {
   CheckRays(rays);
-  CheckOptions(options);
+  CheckLanes("options.callback_width", options.callback_width);
   if (rays.count == 0 || triangle_count() == 0) return {};
   return implementation_->Trace(query, rays, options);
+}
+
+void Scene::Trace(Query query, const RayPacket& packet, const CallOptions& options) const {
+  CheckLanes("packet.lanes", packet.lanes);
+  CheckLanes("options.callback_width", options.callback_width);
+  if (triangle_count() == 0) return;
+  implementation_->Trace(query, packet, options);
 }
 
 void Scene::QueryPoint(const PointQuery& query) const { implementation_->QueryPoint(query); }

@@ -15,6 +15,10 @@ struct SceneParts {
   Box bounds = Box::Empty();
   std::size_t triangle_count = 0;                 ///< items that can be hit, of any shape
   std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept
+  bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
+  bool has_instances = false;
+
+  PartitionView partition() const { return kept ? kept->view() : PartitionView{}; }
 };
 
 }  // namespace dacrt

@@ -10,7 +10,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/triangle_refs.h"
-#include "partition/binning-inl.h"
+#include "paper/binning-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -8,7 +8,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/box.h"
-#include "rays/conic_packets-inl.h"
+#include "paper/conic_packets-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/tests/hwy_gtest.h>
 
-#include "partition/cut_space-inl.h"
+#include "paper/cut_space-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -10,7 +10,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/triangle_refs.h"
-#include "solve/direct_solve-inl.h"
+#include "paper/direct_solve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -8,7 +8,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/box.h"
-#include "solve/filter_rays-inl.h"
+#include "paper/filter_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

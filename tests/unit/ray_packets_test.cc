@@ -7,7 +7,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/tests/hwy_gtest.h>
 
-#include "rays/box_test-inl.h"
+#include "paper/box_test-inl.h"
 #include "rays/ray_packets-inl.h"
 
 HWY_BEFORE_NAMESPACE();

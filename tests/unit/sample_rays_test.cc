@@ -10,7 +10,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/box.h"
-#include "rays/sample_rays-inl.h"
+#include "paper/sample_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -1,4 +1,4 @@
-#include "partition/split_cost.h"
+#include "paper/split_cost.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/tests/hwy_gtest.h>
 
-#include "rays/store_hits-inl.h"
+#include "paper/store_hits-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -23,7 +23,7 @@
 #include "geometry/box.h"
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
-#include "rays/ray_batch.h"
+#include "paper/ray_batch.h"
 
 namespace dacrt::unit {
 

@@ -1,0 +1,58 @@
+#include "leaf/callback_packet.h"
+
+namespace dacrt {
+
+void CallbackPacket::SetRay(std::size_t lane, RayNumber number, float tfar) {
+  using enum PacketComponent;
+  const RayRecord& ray = task_.rays[number];
+  const uint32_t caller = task_.CallerOf(number);
+  const CallFrame& frame = task_.frame;
+  Set(kOrgX, lane, ray.org[0]);
+  Set(kOrgY, lane, ray.org[1]);
+  Set(kOrgZ, lane, ray.org[2]);
+  Set(kTnear, lane, ray.tnear);
+  Set(kDirX, lane, ray.dir[0]);
+  Set(kDirY, lane, ray.dir[1]);
+  Set(kDirZ, lane, ray.dir[2]);
+  Set(kTime, lane, ray.time);
+  Set(kTfar, lane, tfar);
+  Set(kMask, lane, frame.Read(frame.view->mask, caller, UINT32_MAX));
+  Set(kId, lane, frame.Read(frame.view->id, caller, UINT32_MAX));
+  Set(kFlags, lane, frame.Read(frame.view->flags, caller, UINT32_MAX));
+}
+
+void CallbackPacket::SetHit(std::size_t lane, const FullHit& hit) {
+  using enum PacketComponent;
+  Set(kNgX, lane, hit.ng[0]);
+  Set(kNgY, lane, hit.ng[1]);
+  Set(kNgZ, lane, hit.ng[2]);
+  Set(kU, lane, hit.u);
+  Set(kV, lane, hit.v);
+  Set(kPrimitiveId, lane, hit.primitive_id);
+  Set(kGeometryId, lane, hit.geometry_id);
+  Set(kInstanceId, lane, hit.instance_id);
+}
+
+FullHit CallbackPacket::GetHit(std::size_t lane) const {
+  using enum PacketComponent;
+  return {{Get<float>(kNgX, lane), Get<float>(kNgY, lane), Get<float>(kNgZ, lane)},
+          Get<float>(kU, lane),
+          Get<float>(kV, lane),
+          Get<uint32_t>(kPrimitiveId, lane),
+          Get<uint32_t>(kGeometryId, lane),
+          Get<uint32_t>(kInstanceId, lane),
+          Get<float>(kTfar, lane)};
+}
+
+CallbackArguments CallbackPacket::Arguments(Query query, uint32_t mesh, uint32_t primitive_id) {
+  return {query,
+          static_cast<uint32_t>(width_),
+          valid,
+          values_,
+          task_.scene.meshes[mesh].geometry_id,
+          primitive_id,
+          task_.instance_id,
+          task_.frame.options.call};
+}
+
+}  // namespace dacrt

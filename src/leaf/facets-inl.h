@@ -1,0 +1,328 @@
+// The leaf test of facets: triangles, quads and cells of grids. The triangles of the leaf stand in
+// the lanes of a vector, and rays come one after the other.
+
+#if defined(DACRT_LEAF_FACETS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_LEAF_FACETS_INL_H_
+#undef DACRT_LEAF_FACETS_INL_H_
+#else
+#define DACRT_LEAF_FACETS_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include <optional>
+
+#include "geometry/robust_test-inl.h"
+#include "geometry/wide_node-inl.h"
+#include "leaf/leaf_block.h"
+#include "leaf/leaf_names.h"
+#include "leaf/take_hit.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Corners 0, 1 and 2 of some triangles, a lane each.
+struct CornerLanes {
+  EightPart v0[3], v1[3], v2[3];
+};
+
+/// Some triangles of a leaf with what the tests want; `v1` and `v2` for the robust one, and for the
+/// triangles' own boxes.
+struct LeafTriangles {
+  TestTrianglesOf<EightPart> test;
+  EightPart v1[3], v2[3];
+
+  HWY_INLINE explicit LeafTriangles(const CornerLanes& corners)
+      : test(TrianglesOf(corners.v0, corners.v1, corners.v2)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      v1[axis] = corners.v1[axis];
+      v2[axis] = corners.v2[axis];
+    }
+  }
+};
+
+#if HWY_TARGET <= HWY_AVX2
+/// Values of a table in memory, of up to 3 * kLeafLanes, picked by lanes of `indices`. Reads two
+/// whole vectors from the table, or three where it is longer.
+HWY_INLINE EightPart PickLanes(const float* table, hn::Vec<hn::RebindToSigned<EightTag>> indices,
+                               size_t size) {
+  const hn::RebindToSigned<EightTag> di;
+  const EightPart low = hn::LoadU(kEightTag, table), high = hn::LoadU(kEightTag, table + 8);
+#if HWY_TARGET <= HWY_AVX3
+  EightPart picked{_mm256_permutex2var_ps(low.raw, indices.raw, high.raw)};
+#else
+  const auto lane = hn::IndicesFromVec(kEightTag, hn::And(indices, hn::Set(di, 7)));
+  EightPart picked =
+      hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 7))),
+                     hn::TableLookupLanes(high, lane), hn::TableLookupLanes(low, lane));
+#endif
+  if (HWY_UNLIKELY(size > 16)) {
+    const auto rest = hn::IndicesFromVec(kEightTag, hn::And(indices, hn::Set(di, 7)));
+    const EightPart last = hn::TableLookupLanes(hn::LoadU(kEightTag, table + 16), rest);
+    picked = hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 15))), last,
+                            picked);
+  }
+  return picked;
+}
+#endif
+
+/// The corners of a part of a block's triangles. Lanes without one hold a triangle of no area.
+HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part) {
+  CornerLanes lanes;
+  EightPart* const corners[3] = {lanes.v0, lanes.v1, lanes.v2};
+  const float* const vertices = block.vertex_data();
+  const size_t count = block.vertices;
+#if HWY_TARGET <= HWY_AVX2
+  (void)part;
+  const hn::RebindToSigned<EightTag> di;
+  const hn::Rebind<uint8_t, EightTag> d8;
+  for (size_t corner = 0; corner < 3; ++corner) {
+    const auto indices =
+        hn::PromoteTo(di, hn::LoadU(d8, block.indices() + corner * kLeafLanes));
+    for (size_t axis = 0; axis < 3; ++axis) {
+      corners[corner][axis] = PickLanes(vertices + axis * count, indices, count);
+    }
+  }
+#else
+  HWY_ALIGN float values[kPartLanes];
+  for (size_t corner = 0; corner < 3; ++corner) {
+    const uint8_t* const indices = block.indices() + corner * kLeafLanes + part * kPartLanes;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      for (size_t i = 0; i < kPartLanes; ++i) values[i] = vertices[axis * count + indices[i]];
+      corners[corner][axis] = hn::Load(kEightTag, values);
+    }
+  }
+#endif
+  return lanes;
+}
+
+/// The triangles of a block of moving facets, at one time.
+struct TimedFacets {
+  HWY_ALIGN float corner[3][3][kLeafLanes];
+  uint8_t item[kLeafLanes];
+  uint8_t second;
+  float time;
+
+  void Gather(const TraceTask& task, const LeafBlock& block, float at_time) {
+    const MeshTable& meshes = task.scene.meshes;
+    const Shapes& shapes = meshes.shapes();
+    memset(corner, 0, sizeof(corner));
+    second = 0;
+    time = at_time;
+    size_t lane = 0;
+    const auto place = [&](const Facet& facet, const int* order, size_t i) {
+      for (int c = 0; c < 3; ++c) {
+        for (int axis = 0; axis < 3; ++axis) corner[c][axis][lane] = facet.corner[order[c]][axis];
+      }
+      item[lane++] = static_cast<uint8_t>(i);
+    };
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const MeshTable::Name name = NameOfLane(task, block, i);
+      const std::optional<Moment> moment = shapes.MomentAt(name.mesh, at_time);
+      Facet facet;
+      if (!moment || !shapes.ReadFacet(name.mesh, name.primitive, *moment, facet)) continue;
+      constexpr int kTriangle[3] = {0, 1, 2}, kFirst[3] = {0, 1, 3}, kSecond[3] = {2, 3, 1};
+      if (shapes[name.mesh].shape == Shape::kTriangles) {
+        place(facet, kTriangle, i);
+        continue;
+      }
+      place(facet, kFirst, i);
+      second |= static_cast<uint8_t>(1u << lane);
+      place(facet, kSecond, i);
+    }
+  }
+
+  HWY_INLINE CornerLanes Corners(size_t part) const {
+    CornerLanes lanes;
+    EightPart* const corners[3] = {lanes.v0, lanes.v1, lanes.v2};
+    for (int c = 0; c < 3; ++c) {
+      for (int axis = 0; axis < 3; ++axis) {
+        corners[c][axis] = hn::Load(kEightTag, corner[c][axis] + part * kPartLanes);
+      }
+    }
+    return lanes;
+  }
+};
+
+/// Pairs of one ray and a vector of triangles that meet.
+struct FacetCrossings {
+  HWY_ALIGN float key[kPartLanes];
+  HWY_ALIGN float t[kPartLanes];
+  HWY_ALIGN float u[kPartLanes];
+  HWY_ALIGN float v[kPartLanes];
+  HWY_ALIGN float ng[3][kPartLanes];
+  uint64_t within_limit;
+};
+
+template <Query kQuery, bool kRobust>
+class FacetTest {
+ public:
+  FacetTest(const TraceTask& task, const LeafBlock& block) : task_(task), block_(block) {}
+
+  void Test(const RayNumber* list, size_t count) const {
+    if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const LeafTriangles triangles(DecodeCorners(block_, part));
+      for (size_t i = 0; i < count; ++i) {
+        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
+        TestRay(list[i], triangles, part, nullptr);
+      }
+    }
+  }
+
+ private:
+  static constexpr size_t kAhead = 4;
+
+  void TestTimed(const RayNumber* list, size_t count) const {
+    TimedFacets facets;
+    for (size_t i = 0; i < count; ++i) {
+      const float time = task_.rays[list[i]].time;
+      if (i == 0 || time != facets.time) facets.Gather(task_, block_, time);
+      for (size_t part = 0; part < kParts; ++part) {
+        TestRay(list[i], LeafTriangles(facets.Corners(part)), part, &facets);
+      }
+    }
+  }
+
+  HWY_INLINE void TestRay(RayNumber number, const LeafTriangles& triangles, size_t part,
+                          const TimedFacets* timed) const {
+    const RayRecord& ray = task_.rays[number];
+    if (kQuery == Query::kAny && ray.tfar < 0) return;
+    TestRaysOf<EightPart> rays;
+    for (int axis = 0; axis < 3; ++axis) {
+      rays.org[axis] = hn::Set(kEightTag, ray.org[axis]);
+      rays.dir[axis] = hn::Set(kEightTag, ray.dir[axis]);
+    }
+    rays.tnear = hn::Set(kEightTag, ray.tnear);
+    rays.tfar = hn::Set(kEightTag, ray.tfar);
+    FacetCrossings crossings;
+    const uint64_t lanes = kRobust ? MeetRobustly(ray, rays, triangles, crossings)
+                                   : Meet(ray, rays, triangles, crossings);
+    if (HWY_LIKELY(lanes == 0)) return;
+    TakeLanes(number, lanes, crossings, part, timed);
+  }
+
+  /// Lanes that meet and enter the triangle's own box; `interval` is where.
+  HWY_INLINE hn::Mask<EightTag> EnterOwnBox(const RayRecord& ray, TestRaysOf<EightPart>& rays,
+                                            const LeafTriangles& triangles,
+                                            IntervalOf<EightPart>& interval) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      rays.reciprocal[axis] = hn::Set(kEightTag, ray.reciprocal[axis]);
+    }
+    interval = IntersectBox(OwnBox(triangles.test.v0, triangles.v1, triangles.v2), rays.org,
+                            rays.reciprocal);
+    return Enters(interval, rays.tnear, rays.tfar);
+  }
+
+  HWY_INLINE uint64_t Meet(const RayRecord& ray, TestRaysOf<EightPart>& rays,
+                           const LeafTriangles& triangles, FacetCrossings& out) const {
+    const auto terms = EdgeTerms(rays.org, rays.dir, triangles.test);
+    auto meet = PassesInside(terms);
+    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return 0;
+    const EightPart t = DepthTerm(triangles.test, terms);
+    meet = hn::And(meet, MeetsInDepth(rays, t, terms.den));
+    if (hn::AllFalse(kEightTag, meet)) return 0;
+    IntervalOf<EightPart> interval;
+    meet = hn::And(meet, EnterOwnBox(ray, rays, triangles, interval));
+    const uint64_t lanes = Bits(kEightTag, meet);
+    if (lanes == 0) return 0;
+    out.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
+    if (kQuery == Query::kAny && !task_.scene.meshes.shapes().has_filters()) return lanes;
+    const EightPart distance = hn::Div(t, terms.den);
+    StoreCrossings(triangles, distance, interval, hn::Div(terms.u, terms.den),
+                   hn::Div(terms.v, terms.den), out);
+    return lanes;
+  }
+
+  HWY_INLINE uint64_t MeetRobustly(const RayRecord& ray, TestRaysOf<EightPart>& rays,
+                                   const LeafTriangles& triangles, FacetCrossings& out) const {
+    const RobustTerms<EightPart> terms =
+        TestRobustly(rays, triangles.test, triangles.v1, triangles.v2);
+    auto meet = terms.meet;
+    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return 0;
+    const EightPart distance = hn::Div(Dot(triangles.test.ng, terms.v0), terms.den);
+    meet = hn::And(meet, MeetsAtDistance(rays, distance));
+    if (hn::AllFalse(kEightTag, meet)) return 0;
+    IntervalOf<EightPart> interval;
+    meet = hn::And(meet, EnterOwnBox(ray, rays, triangles, interval));
+    const uint64_t lanes = Bits(kEightTag, meet);
+    if (lanes == 0) return 0;
+    out.within_limit = lanes;
+    StoreCrossings(triangles, distance, interval, hn::Div(terms.u, terms.sum),
+                   hn::Div(terms.v, terms.sum), out);
+    return lanes;
+  }
+
+  HWY_INLINE void StoreCrossings(const LeafTriangles& triangles, EightPart t,
+                                 const IntervalOf<EightPart>& interval, EightPart u, EightPart v,
+                                 FacetCrossings& out) const {
+    const EightPart one = hn::Set(kEightTag, 1.0f);
+    hn::Store(hn::Max(t, interval.entry), kEightTag, out.key);
+    hn::Store(t, kEightTag, out.t);
+    hn::Store(hn::Min(u, one), kEightTag, out.u);
+    hn::Store(hn::Min(v, one), kEightTag, out.v);
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(triangles.test.ng[axis], kEightTag, out.ng[axis]);
+    }
+  }
+
+  void TakeLanes(RayNumber number, uint64_t lanes, const FacetCrossings& crossings, size_t part,
+                 const TimedFacets* timed) const {
+    if (!task_.scene.meshes.shapes().has_filters()) {
+      ForEachLane(lanes, [&](size_t lane) { Take(number, crossings, lane, part, timed); });
+      return;
+    }
+    // Near ones first, because a filter function may end the ray, and counts what it sees.
+    while (lanes != 0) {
+      size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+      ForEachLane(lanes, [&](size_t lane) {
+        if (crossings.key[lane] < crossings.key[nearest]) nearest = lane;
+      });
+      lanes &= ~(uint64_t{1} << nearest);
+      Take(number, crossings, nearest, part, timed);
+    }
+  }
+
+  void Take(RayNumber number, const FacetCrossings& crossings, size_t lane, size_t part,
+            const TimedFacets* timed) const {
+    const size_t block_lane = part * kPartLanes + lane;
+    const uint8_t second = timed ? timed->second : block_.second;
+    const MeshTable::Name name =
+        NameOfLane(task_, block_, timed ? timed->item[block_lane] : block_lane);
+    Candidate candidate;
+    candidate.within_limit = (crossings.within_limit >> lane) & 1;
+    candidate.key = crossings.key[lane];
+    candidate.t = crossings.t[lane];
+    candidate.u = crossings.u[lane];
+    candidate.v = crossings.v[lane];
+    for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = crossings.ng[axis][lane];
+    if (second >> block_lane & 1) {
+      candidate.u = 1 - candidate.u;
+      candidate.v = 1 - candidate.v;
+    }
+    candidate.mesh = name.mesh;
+    candidate.primitive_id = name.primitive;
+    if (task_.scene.meshes.shapes()[name.mesh].shape == Shape::kGrids) PlaceInGrid(candidate);
+    TakeHit<kQuery>(task_, number, candidate);
+  }
+
+  /// From a cell to the whole grid.
+  void PlaceInGrid(Candidate& candidate) const {
+    const GridCell cell =
+        task_.scene.meshes.shapes().CellOf(candidate.mesh, candidate.primitive_id);
+    candidate.primitive_id = cell.primitive;
+    candidate.u = (candidate.u + static_cast<float>(cell.x)) / static_cast<float>(cell.columns);
+    candidate.v = (candidate.v + static_cast<float>(cell.y)) / static_cast<float>(cell.rows);
+  }
+
+  const TraceTask& task_;
+  const LeafBlock& block_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_LEAF_FACETS_INL_H_

@@ -1,0 +1,107 @@
+// The leaf test of instances: the rays that enter one go down its scene as a list of their own.
+
+#if defined(DACRT_LEAF_INSTANCES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_LEAF_INSTANCES_INL_H_
+#undef DACRT_LEAF_INSTANCES_INL_H_
+#else
+#define DACRT_LEAF_INSTANCES_INL_H_
+#endif
+
+#include <algorithm>
+#include <cmath>
+
+#include "leaf/entering-inl.h"
+#include "rays/load_records-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Traces rays 0 to count - 1 of a task (see trace/trace_rays-inl.h).
+template <Query kQuery>
+void TraceRays(const TraceTask& task, size_t count, ListMemory memory);
+
+/// Rays in the space of an instance.
+template <Query kQuery>
+class InstanceRays {
+ public:
+  InstanceRays(const TraceTask& task, uint32_t mesh, ListMemory memory)
+      : task_(task),
+        mesh_(mesh),
+        scene_(*task.scene.meshes.shapes().InstancedScene(mesh)),
+        memory_(memory),
+        inner_(task.instance_memory) {
+    const Shapes& shapes = task.scene.meshes.shapes();
+    is_moving_ = shapes.IsMoving(mesh);
+    transform_ = shapes.ToInstance(mesh, 0);
+  }
+
+  void Add(RayNumber number) {
+    const RayRecord& outer = task_.rays[number];
+    if (is_moving_ && (count_ == 0 || outer.time != time_)) {
+      time_ = outer.time;
+      transform_ = task_.scene.meshes.shapes().ToInstance(mesh_, time_);
+    }
+    RayRecord& ray = inner_.rays[count_];
+    ray = outer;
+    Transform(outer.org, true, ray.org);
+    Transform(outer.dir, false, ray.dir);
+    SetReciprocals(ray);
+    if (kQuery == Query::kClosest) inner_.hits[count_] = task_.hits[number];
+    outer_[count_] = number;
+    inner_.callers[count_] = task_.CallerOf(number);
+    if (++count_ == inner_.count) Trace();
+  }
+
+  void Trace() {
+    if (count_ == 0) return;
+    const TraceTask task{scene_,
+                         scene_.partition(),
+                         inner_.rays,
+                         inner_.hits,
+                         task_.checks_masks,
+                         task_.frame,
+                         task_.split_memory,
+                         {nullptr, nullptr, nullptr, 0},
+                         task_.statistics,
+                         task_.scene.meshes[mesh_].geometry_id,
+                         inner_.callers};
+    TraceRays<kQuery>(task, count_, memory_);
+    for (size_t i = 0; i < count_; ++i) {
+      const RayRecord& ray = inner_.rays[i];
+      RayRecord& outer = task_.rays[outer_[i]];
+      outer.tfar = std::min(outer.tfar, ray.tfar);
+      if (kQuery == Query::kAny) continue;
+      outer.state = ray.state;
+      outer.mesh = ray.mesh;
+      task_.hits[outer_[i]] = inner_.hits[i];
+    }
+    count_ = 0;
+  }
+
+ private:
+  void Transform(const float* vector, bool is_point, float* out) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      float value = is_point ? transform_.column[3][axis] : 0.0f;
+      for (int i = 2; i >= 0; --i) value = std::fma(vector[i], transform_.column[i][axis], value);
+      out[axis] = value;
+    }
+  }
+
+  const TraceTask& task_;
+  const uint32_t mesh_;
+  const SceneParts& scene_;
+  const ListMemory memory_;
+  const InstanceMemory& inner_;
+  AffineTransform transform_;
+  bool is_moving_;
+  float time_ = 0;
+  RayNumber outer_[InstanceMemory::kRays];
+  size_t count_ = 0;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_LEAF_INSTANCES_INL_H_

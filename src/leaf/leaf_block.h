@@ -1,0 +1,81 @@
+// A leaf with its geometry: what up to eight lanes of a vector are tested against, in one or two
+// cache lines, instead of a chain of misses through order, index buffer and vertex buffer.
+//
+// A leaf is a row of blocks, one for each kind of what it holds; nearly always there is one. Behind
+// the header of 16 bytes stand, by kind:
+//
+//   facets          indices of the corners, uint8_t[3][kLeafLanes], and the distinct vertices,
+//                   float[3][vertices]
+//   spheres, discs  float[4][lanes]: centre and radius
+//   oriented discs  float[7][lanes]: centre, radius, normal
+//   timed, user primitives, instances   nothing: they are asked for by name
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "dacrt/geometry.h"
+
+namespace dacrt {
+
+/// Lanes of a leaf: what one vector of 256 bits holds. Triangles and points fill one each, quads
+/// and cells of grids two.
+inline constexpr std::size_t kLeafLanes = 8;
+
+enum class LeafKind : uint8_t {
+  kFacets,         ///< triangles, quads, cells of grids
+  kSpheres,        ///
+  kDiscs,          ///
+  kOrientedDiscs,  ///
+  kUser,           ///< user primitives
+  kInstances,      ///
+};
+
+struct alignas(4) LeafBlock {
+  static constexpr uint32_t kSeveral = UINT32_MAX;
+
+  LeafKind kind : 4;
+  uint8_t is_last : 1;   ///< of its leaf
+  uint8_t is_timed : 1;  ///< moves: asked for by name at each ray's time
+  uint8_t lanes;         ///< of facets the triangles, of which a quad has two; else the items
+  uint8_t vertices;      ///< of facets, distinct ones; up to 3 * kLeafLanes
+  uint8_t second;        ///< a bit a lane: the second triangle of a quad
+  uint32_t first;     ///< place in the order of the leaf's first item
+  uint32_t items;     ///< of each lane, four bits a lane: its item's place behind the first one
+  uint32_t geometry;  ///< of all lanes, or kSeveral
+
+  /// Bytes behind the header.
+  std::size_t DataBytes() const {
+    if (is_timed) return 0;
+    switch (kind) {
+      case LeafKind::kFacets:
+        return 3 * kLeafLanes + 3 * sizeof(float) * vertices;
+      case LeafKind::kSpheres:
+      case LeafKind::kDiscs:
+        return 4 * sizeof(float) * lanes;
+      case LeafKind::kOrientedDiscs:
+        return 7 * sizeof(float) * lanes;
+      default:
+        return 0;
+    }
+  }
+  /// Bytes from here to where the next block would stand.
+  std::size_t Bytes() const { return (sizeof(LeafBlock) + DataBytes() + 3) / 4 * 4; }
+  const LeafBlock* Next() const {
+    return reinterpret_cast<const LeafBlock*>(reinterpret_cast<const std::byte*>(this) + Bytes());
+  }
+
+  const uint8_t* indices() const { return reinterpret_cast<const uint8_t*>(this + 1); }
+  const float* vertex_data() const {
+    return reinterpret_cast<const float*>(indices() + 3 * kLeafLanes);
+  }
+  const float* point_data() const { return reinterpret_cast<const float*>(this + 1); }
+
+  uint32_t PlaceOf(std::size_t lane) const { return first + (items >> (4 * lane) & 15); }
+};
+static_assert(sizeof(LeafBlock) == 16);
+
+/// Bytes that the blocks of any leaf fit into, with what whole vectors read behind them.
+inline constexpr std::size_t kMostLeafBytes = 640;
+
+}  // namespace dacrt

@@ -1,0 +1,25 @@
+#include "leaf/take_hit.h"
+
+#include "leaf/callback_packet.h"
+
+namespace dacrt {
+
+bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
+                  uint32_t mesh, FullHit& hit) {
+  CallbackPacket packet(task);
+  const uint32_t width = task.frame.options.callback_width;
+  // The lane that the ray has in a packet of the caller's, where there are packets.
+  const std::size_t lane = task.CallerOf(ray) % width;
+  for (std::size_t i = 0; i < width; ++i) {
+    // The others hold the same, rather than nothing.
+    packet.SetRay(i, ray, hit.t);
+    packet.SetHit(i, hit);
+    packet.valid[i] = i == lane ? -1 : 0;
+  }
+  filter(packet.Arguments(query, mesh, hit.primitive_id));
+  if (packet.valid[lane] == 0) return false;
+  hit = packet.GetHit(lane);
+  return true;
+}
+
+}  // namespace dacrt

@@ -1,0 +1,107 @@
+// The leaf test: a list of rays against a leaf of whatever kind.
+
+#if defined(DACRT_LEAF_TEST_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_LEAF_TEST_LEAF_INL_H_
+#undef DACRT_LEAF_TEST_LEAF_INL_H_
+#else
+#define DACRT_LEAF_TEST_LEAF_INL_H_
+#endif
+
+#include "leaf/facets-inl.h"
+#include "leaf/instances-inl.h"
+#include "leaf/make_leaf.h"
+#include "leaf/points-inl.h"
+#include "leaf/user.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+template <Query kQuery>
+void TestUserPrimitives(const TraceTask& task, const LeafBlock& block, const RayNumber* list,
+                        size_t count) {
+  const size_t most = task.frame.options.callback_width;
+  for (size_t lane = 0; lane < block.lanes; ++lane) {
+    const MeshTable::Name item = NameOfLane(task, block, lane);
+    RayNumber rays[16];
+    size_t entered = 0;
+    const auto call = [&] {
+      CallUserFunction(kQuery, task, item.mesh, item.primitive, {rays, entered});
+      entered = 0;
+    };
+    ForEachEntering(task, item, list, count, [&](RayNumber ray) {
+      if (kQuery == Query::kAny && task.rays[ray].tfar < 0) return;
+      rays[entered++] = ray;
+      if (entered == most) call();
+    });
+    call();
+  }
+}
+
+template <Query kQuery>
+void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumber* list,
+                   size_t count, ListMemory memory) {
+  if (task.instance_memory.count == 0) return;  // There is one level of instances.
+  for (size_t lane = 0; lane < block.lanes; ++lane) {
+    const MeshTable::Name item = NameOfLane(task, block, lane);
+    InstanceRays<kQuery> entering(task, item.mesh, memory);
+    ForEachEntering(task, item, list, count, [&](RayNumber ray) { entering.Add(ray); });
+    entering.Trace();
+  }
+}
+
+/// What is not a facet; apart, so that the common way stays short.
+template <Query kQuery>
+HWY_NOINLINE void TestOddBlock(const TraceTask& task, const LeafBlock& block,
+                               const RayNumber* list, size_t count, ListMemory memory) {
+  switch (block.kind) {
+    case LeafKind::kUser:
+      return TestUserPrimitives<kQuery>(task, block, list, count);
+    case LeafKind::kInstances:
+      return TestInstances<kQuery>(task, block, list, count, memory);
+    default:
+      return PointTest<kQuery>(task, block).Test(list, count);
+  }
+}
+
+template <Query kQuery>
+HWY_INLINE void TestBlocks(const TraceTask& task, const LeafBlock* block, const RayNumber* list,
+                           size_t count, ListMemory memory) {
+  for (;; block = block->Next()) {
+    if (HWY_UNLIKELY(block->kind != LeafKind::kFacets)) {
+      TestOddBlock<kQuery>(task, *block, list, count, memory);
+    } else if (HWY_UNLIKELY(task.scene.meshes.shapes().robust())) {
+      FacetTest<kQuery, true>(task, *block).Test(list, count);
+    } else {
+      FacetTest<kQuery, false>(task, *block).Test(list, count);
+    }
+    if (HWY_LIKELY(block->is_last)) return;
+  }
+}
+
+/// The items from a place in the order on, up to the last one of the leaf or up to `most`, which
+/// carry no geometry.
+template <Query kQuery>
+HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
+                            const RayNumber* list, size_t count, ListMemory memory) {
+  alignas(64) std::byte blocks[kMostLeafBytes];
+  MakeLeaf(task.scene.meshes, task.partition.order, first, most, blocks);
+  TestBlocks<kQuery>(task, reinterpret_cast<const LeafBlock*>(blocks), list, count, memory);
+}
+
+template <Query kQuery>
+HWY_INLINE void TestLeaf(const TraceTask& task, ChildWord leaf, const RayNumber* list, size_t count,
+                         ListMemory memory) {
+  if (HWY_UNLIKELY(leaf.IsRange())) {
+    return TestRange<kQuery>(task, leaf.range(), kLeafLanes, list, count, memory);
+  }
+  const auto* const block = reinterpret_cast<const LeafBlock*>(
+      task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+  TestBlocks<kQuery>(task, block, list, count, memory);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_LEAF_TEST_LEAF_INL_H_

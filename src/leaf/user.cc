@@ -1,0 +1,59 @@
+#include "leaf/user.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "leaf/callback_packet.h"
+
+namespace dacrt {
+namespace {
+
+FullHit HitOf(const TraceTask& task, RayNumber number, Query query) {
+  constexpr FullHit kNone{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+  if (query == Query::kAny) return kNone;
+  const RayRecord& ray = task.rays[number];
+  FullHit hit = ray.state & RayRecord::kHasHit ? task.hits[number] : kNone;
+  hit.t = ray.tfar;
+  return hit;
+}
+
+}  // namespace
+
+void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_t primitive,
+                      std::span<const RayNumber> rays) {
+  const Geometry& user = task.scene.meshes.shapes()[mesh];
+  const Callback& function = query == Query::kClosest ? user.intersect : user.occluded;
+  if (!function || rays.empty()) return;
+  CallbackPacket packet(task);
+  const std::size_t width = task.frame.options.callback_width;
+  // Of a packet of the caller's each ray stays in its lane; rays of a stream have none.
+  const bool is_packet = task.frame.view->count <= width;
+  const auto lane_of = [&](std::size_t i) {
+    return is_packet ? task.CallerOf(rays[i]) % width : i;
+  };
+  const auto fill = [&](std::size_t lane, RayNumber ray, int valid) {
+    packet.SetRay(lane, ray, task.rays[ray].tfar);
+    packet.SetHit(lane, HitOf(task, ray, query));
+    packet.valid[lane] = valid;
+  };
+  // Lanes without a ray hold the first one.
+  for (std::size_t lane = 0; lane < width; ++lane) fill(lane, rays[0], 0);
+  for (std::size_t i = 0; i < rays.size(); ++i) fill(lane_of(i), rays[i], -1);
+  function(packet.Arguments(query, mesh, primitive));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    RayRecord& ray = task.rays[rays[i]];
+    const FullHit now = packet.GetHit(lane_of(i));
+    if (query == Query::kAny) {
+      if (now.t < 0) ray.tfar = now.t;
+      continue;
+    }
+    const FullHit before = HitOf(task, rays[i], query);
+    if (std::memcmp(&now, &before, sizeof(now)) == 0) continue;
+    ray.state = (ray.state & ~RayRecord::kAtLimit) | RayRecord::kHasHit;
+    ray.mesh = mesh;
+    task.hits[rays[i]] = now;
+    ray.tfar = std::min(ray.tfar, now.t);
+  }
+}
+
+}  // namespace dacrt

@@ -1,0 +1,65 @@
+// From the caller's records to the engine's arrays.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "paper/ray_batch.h"
+
+namespace dacrt {
+namespace {
+
+template <class T>
+T Read(const RayView& view, RayView::Component component, std::size_t i, T absent) {
+  if (component == RayView::kAbsent) return absent;
+  T value;
+  std::memcpy(&value, reinterpret_cast<const void*>(view.Address(component, i)), sizeof(value));
+  return value;
+}
+
+/// The definition of an active ray in RayView.
+bool IsActive(const float* org, const float* dir, float tnear, float tfar) {
+  // A finite sum has finite terms. One that is not finite may have overflowed: then look at each.
+  const float sum = org[0] + org[1] + org[2] + dir[0] + dir[1] + dir[2];
+  for (int axis = 0; axis < 3 && !std::isfinite(sum); ++axis) {
+    if (!std::isfinite(org[axis]) || !std::isfinite(dir[axis])) return false;
+  }
+  return tnear <= tfar && tfar >= 0.0f;
+}
+
+}  // namespace
+
+RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Query query,
+                  const MeshTable& meshes, RayBatch& batch) {
+  uint32_t common_mask = UINT32_MAX;
+  std::size_t slot = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t ray = first + i;
+    const float org[3] = {Read(view, view.org_x, ray, 0.0f), Read(view, view.org_y, ray, 0.0f),
+                          Read(view, view.org_z, ray, 0.0f)};
+    const float dir[3] = {Read(view, view.dir_x, ray, 0.0f), Read(view, view.dir_y, ray, 0.0f),
+                          Read(view, view.dir_z, ray, 0.0f)};
+    const float tnear = Read(view, view.tnear, ray, 0.0f);
+    const float tfar = Read(view, view.tfar, ray, 0.0f);
+    const uint32_t mask = Read(view, view.mask, ray, UINT32_MAX);
+    // A mask of 0 meets nothing. Any other meets every mesh whose bits are all set.
+    if (!IsActive(org, dir, tnear, tfar) || mask == 0) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      batch.org[axis][slot] = org[axis];
+      batch.dir[axis][slot] = dir[axis];
+    }
+    batch.tnear[slot] = tnear;
+    batch.tfar[slot] = tfar;
+    batch.index[slot] = static_cast<uint32_t>(i);
+    batch.ray_masks[i] = mask;
+    common_mask &= mask;
+    if (query == Query::kClosest) batch.hits[i] = {Hit::kNone, Hit::kNone};
+    ++slot;
+  }
+  if (meshes.AllAccept(common_mask)) batch.ray_masks = nullptr;
+  PadWithInactive(batch, slot);
+  batch.top = (slot + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
+  return {0, slot};
+}
+
+}  // namespace dacrt

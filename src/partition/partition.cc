@@ -1,0 +1,41 @@
+#include "partition/partition.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "partition/partition.cc"
+#include <hwy/foreach_target.h>
+
+#include "partition/list_triangles-inl.h"
+#include "partition/split_by_grid-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
+  RootOf(kept, 0, &scratch, &tasks, [] {});
+}
+
+}  // namespace
+
+const PartitionKernels* GetPartitionKernels() {
+  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll};
+  return &kKernels;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+namespace {
+HWY_EXPORT(GetPartitionKernels);
+}  // namespace
+
+const PartitionKernels& PartitionKernelsFor(std::size_t target) {
+  return *HWY_DISPATCH_TABLE(GetPartitionKernels)[target]();
+}
+
+}  // namespace dacrt
+#endif  // HWY_ONCE

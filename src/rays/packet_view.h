@@ -1,0 +1,11 @@
+// A packet as a view of rays, for those who do not care which it is.
+#pragma once
+
+#include "dacrt/ray_view.h"
+
+namespace dacrt {
+
+/// Its rays are the lanes, also those that take no part.
+RayView ViewOf(const RayPacket& packet);
+
+}  // namespace dacrt

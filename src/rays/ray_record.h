@@ -1,0 +1,50 @@
+// The engine's own copy of a piece of a batch: a record a ray, one cache line each. Rays stay where
+// they were loaded; the recursion hands on lists of their numbers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "dacrt/ray_view.h"
+#include "dacrt/settings.h"
+
+namespace dacrt {
+
+struct alignas(64) RayRecord {
+  float org[3];
+  float start;  ///< max(tnear, 0): where the slab test begins
+  float reciprocal[3];  ///< of dir, see SafeReciprocal
+  float tfar;  ///< shrinks as hits are found; -infinity once an any-hit ray is blocked
+  float dir[3];
+  float tnear;
+  uint32_t mask;
+  float time;
+  uint32_t state;  ///< flags below
+  uint32_t mesh;   ///< of the hit
+
+  static constexpr uint32_t kHasHit = 1;
+  /// tfar is the ray's own, not one that a hit set.
+  static constexpr uint32_t kAtLimit = 2;
+
+  /// A bit for each axis on which the direction is negative.
+  uint32_t Octant() const {
+    return (reciprocal[0] < 0) | (reciprocal[1] < 0) << 1 | (reciprocal[2] < 0) << 2;
+  }
+};
+static_assert(sizeof(RayRecord) == 64);
+
+/// The closest hit of a ray so far, in the order of the caller's records.
+struct FullHit {
+  float ng[3];
+  float u, v;
+  uint32_t primitive_id;
+  uint32_t geometry_id;
+  uint32_t instance_id;
+  float t;
+};
+
+/// The number of a ray in its piece.
+using RayNumber = uint16_t;
+inline constexpr std::size_t kMostPieceRays = std::size_t{1} << 16;
+
+}  // namespace dacrt

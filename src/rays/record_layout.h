@@ -1,0 +1,116 @@
+// Reading and writing the caller's records: the only place of the recursion over the kept partition
+// that knows how they lie.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "dacrt/callback.h"
+#include "dacrt/ray_view.h"
+#include "rays/ray_record.h"
+
+namespace dacrt {
+
+/// A view of rays, seen through once: most are records one behind the other, in the order of
+/// PacketComponent.
+class RecordLayout {
+ public:
+  explicit RecordLayout(const RayView& view) : view_(view) {
+    const auto follows = [&](RayView::Component component, PacketComponent place) {
+      return component == view.org_x + sizeof(float) * static_cast<std::size_t>(place);
+    };
+    using enum PacketComponent;
+    has_records_ = view.lanes == 1 && follows(view.org_y, kOrgY) && follows(view.org_z, kOrgZ) &&
+                   follows(view.tnear, kTnear) && follows(view.dir_x, kDirX) &&
+                   follows(view.dir_y, kDirY) && follows(view.dir_z, kDirZ) &&
+                   follows(view.time, kTime) && follows(view.tfar, kTfar) &&
+                   (follows(view.mask, kMask) || view.mask == RayView::kAbsent);
+    has_hit_records_ =
+        has_records_ && follows(view.ng_x, kNgX) && follows(view.ng_y, kNgY) &&
+        follows(view.ng_z, kNgZ) && follows(view.u, kU) && follows(view.v, kV) &&
+        follows(view.primitive_id, kPrimitiveId) && follows(view.geometry_id, kGeometryId) &&
+        follows(view.instance_id, kInstanceId);
+  }
+
+  /// Reads what a record is made of.
+  void Read(std::size_t i, RayRecord& ray) const {
+    if (has_records_) {
+      const auto* const record = reinterpret_cast<const float*>(view_.Address(view_.org_x, i));
+      ReadRecord(record, ray);
+      if (view_.mask == RayView::kAbsent) ray.mask = UINT32_MAX;
+      return;
+    }
+    ray.org[0] = Read(view_.org_x, i, 0.0f);
+    ray.org[1] = Read(view_.org_y, i, 0.0f);
+    ray.org[2] = Read(view_.org_z, i, 0.0f);
+    ray.tnear = Read(view_.tnear, i, 0.0f);
+    ray.dir[0] = Read(view_.dir_x, i, 0.0f);
+    ray.dir[1] = Read(view_.dir_y, i, 0.0f);
+    ray.dir[2] = Read(view_.dir_z, i, 0.0f);
+    ray.time = Read(view_.time, i, 0.0f);
+    ray.tfar = Read(view_.tfar, i, 0.0f);
+    ray.mask = Read(view_.mask, i, UINT32_MAX);
+  }
+
+  /// The same from a record in the order of PacketComponent.
+  static void ReadRecord(const float* record, RayRecord& ray) {
+    using enum PacketComponent;
+    std::memcpy(ray.org, record, sizeof(ray.org));
+    ray.tnear = record[static_cast<std::size_t>(kTnear)];
+    std::memcpy(ray.dir, record + static_cast<std::size_t>(kDirX), sizeof(ray.dir));
+    ray.time = record[static_cast<std::size_t>(kTime)];
+    ray.tfar = record[static_cast<std::size_t>(kTfar)];
+    std::memcpy(&ray.mask, record + static_cast<std::size_t>(kMask), sizeof(ray.mask));
+  }
+
+  void WriteBlocked(std::size_t i) const {
+    Write(view_.tfar, i, -std::numeric_limits<float>::infinity());
+  }
+
+  void WriteHit(std::size_t i, const FullHit& hit) const {
+    if (has_hit_records_) {
+      WriteRecord(hit, reinterpret_cast<float*>(view_.Address(view_.org_x, i)));
+      return;
+    }
+    Write(view_.tfar, i, hit.t);
+    Write(view_.ng_x, i, hit.ng[0]);
+    Write(view_.ng_y, i, hit.ng[1]);
+    Write(view_.ng_z, i, hit.ng[2]);
+    Write(view_.u, i, hit.u);
+    Write(view_.v, i, hit.v);
+    Write(view_.primitive_id, i, hit.primitive_id);
+    Write(view_.geometry_id, i, hit.geometry_id);
+    Write(view_.instance_id, i, hit.instance_id);
+  }
+
+  /// To a record in the order of PacketComponent.
+  static void WriteRecord(const FullHit& hit, float* record) {
+    using enum PacketComponent;
+    record[static_cast<std::size_t>(kTfar)] = hit.t;
+    static_assert(offsetof(FullHit, t) == sizeof(float) * (static_cast<std::size_t>(kInstanceId) -
+                                                           static_cast<std::size_t>(kNgX) + 1));
+    std::memcpy(record + static_cast<std::size_t>(kNgX), &hit, offsetof(FullHit, t));
+  }
+
+ private:
+  template <class T>
+  T Read(RayView::Component component, std::size_t i, T absent) const {
+    if (component == RayView::kAbsent) return absent;
+    T value;
+    std::memcpy(&value, reinterpret_cast<const void*>(view_.Address(component, i)), sizeof(value));
+    return value;
+  }
+  template <class T>
+  void Write(RayView::Component component, std::size_t i, T value) const {
+    if (component == RayView::kAbsent) return;
+    std::memcpy(reinterpret_cast<void*>(view_.Address(component, i)), &value, sizeof(value));
+  }
+
+  const RayView& view_;
+  bool has_records_;
+  bool has_hit_records_;
+};
+
+}  // namespace dacrt

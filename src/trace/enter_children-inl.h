@@ -1,0 +1,69 @@
+// One ray against the children of a node, which stand side by side in a vector.
+
+#if defined(DACRT_TRACE_ENTER_CHILDREN_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_ENTER_CHILDREN_INL_H_
+#undef DACRT_TRACE_ENTER_CHILDREN_INL_H_
+#else
+#define DACRT_TRACE_ENTER_CHILDREN_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include "geometry/wide_node-inl.h"
+#include "rays/ray_record.h"
+#include "trace/trace_task.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// What of a ray the slab test wants, in all lanes.
+struct SlabRay {
+  EightPart org[3];
+  EightPart reciprocal[3];
+  EightPart start;
+
+  HWY_INLINE explicit SlabRay(const RayRecord& ray) : start(hn::Set(kEightTag, ray.start)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis] = hn::Set(kEightTag, ray.org[axis]);
+      reciprocal[axis] = hn::Set(kEightTag, ray.reciprocal[axis]);
+    }
+  }
+};
+
+/// The children that a ray enters, a bit each; where there are fewer than eight, others may seem to
+/// be entered. `store(part, entry)` gets the distances.
+template <class Store>
+HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray, float tfar,
+                                  const Store& store) {
+  uint32_t entered = 0;
+  for (size_t part = 0; part < kParts; ++part) {
+    const IntervalOf<EightPart> interval =
+        IntersectPlanes(planes.near[part], planes.far[part], ray.org, ray.reciprocal);
+    const EightPart entry = hn::Max(interval.entry, ray.start);
+    const EightPart exit = hn::Min(interval.exit, hn::Set(kEightTag, tfar));
+    entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(entry, exit))) << (part * kPartLanes);
+    store(part, entry);
+  }
+  return entered;
+}
+
+/// Asks for the memory of what stands behind a child, which will be needed soon.
+HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {
+  const std::byte* target;
+  if (child.IsInner()) {
+    target = reinterpret_cast<const std::byte*>(partition.nodes + child.number());
+  } else if (child.IsBlock()) {
+    target = partition.leaves + size_t{child.block()} * KeptPartition::kLeafUnit;
+  } else {
+    return;
+  }
+  hwy::Prefetch(target);
+  hwy::Prefetch(target + 64);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_ENTER_CHILDREN_INL_H_

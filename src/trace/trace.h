@@ -1,0 +1,30 @@
+// The engine's way into the recursion over the kept partition, for each instruction set.
+#pragma once
+
+#include <cstddef>
+
+#include "dacrt/dacrt.h"
+#include "runtime/workspace.h"
+#include "scene/scene_parts.h"
+
+namespace dacrt {
+
+struct TraceKernels {
+  /// Rays `first` to `first + count` of the view, at most kMostPieceRays, in a workspace that has
+  /// room for them.
+  void (*piece)(Query query, const SceneParts& scene, const RayView& rays, std::size_t first,
+                std::size_t count, const CallOptions& options, Workspace& workspace,
+                Statistics& statistics);
+  /// The same for at most policy::kShortCall rays on the stack. `pool` is asked for memory where a
+  /// subset has to be split.
+  void (*short_call)(Query query, const SceneParts& scene, const RayView& rays,
+                     const CallOptions& options, WorkspacePool& pool);
+  /// A packet or a single ray.
+  void (*packet)(Query query, const SceneParts& scene, const RayPacket& packet,
+                 const CallOptions& options, WorkspacePool& pool);
+};
+
+/// The kernels of a target, by its index in Highway's tables.
+const TraceKernels& TraceKernelsFor(std::size_t target);
+
+}  // namespace dacrt
