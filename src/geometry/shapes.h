@@ -81,6 +81,14 @@ class Shapes {
 
   GridCell CellOf(uint32_t geometry, uint32_t item) const;
 
+  /// From a cell to the whole grid: turns u and v into those of the grid, and returns its number.
+  uint32_t PlaceInGrid(uint32_t geometry, uint32_t item, float& u, float& v) const {
+    const GridCell cell = CellOf(geometry, item);
+    u = (u + static_cast<float>(cell.x)) / static_cast<float>(cell.columns);
+    v = (v + static_cast<float>(cell.y)) / static_cast<float>(cell.rows);
+    return cell.primitive;
+  }
+
   /// The primitive that an item belongs to.
   uint32_t PrimitiveOf(uint32_t geometry, uint32_t item) const {
     return geometries_[geometry].shape == Shape::kGrids ? CellOf(geometry, item).primitive : item;

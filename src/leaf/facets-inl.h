@@ -14,8 +14,7 @@
 
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
-#include "leaf/leaf_block.h"
-#include "leaf/leaf_names.h"
+#include "leaf/finish_hit-inl.h"
 #include "leaf/take_hit.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -158,7 +157,8 @@ struct FacetCrossings {
 template <Query kQuery, bool kRobust>
 class FacetTest {
  public:
-  FacetTest(const TraceTask& task, const LeafBlock& block) : task_(task), block_(block) {}
+  FacetTest(const TraceTask& task, ChildWord leaf, const LeafBlock& block)
+      : task_(task), leaf_(leaf), block_(block) {}
 
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
@@ -229,8 +229,11 @@ class FacetTest {
     const uint64_t lanes = Bits(kEightTag, meet);
     if (lanes == 0) return 0;
     out.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
-    if (kQuery == Query::kAny && !task_.scene.meshes.shapes().has_filters()) return lanes;
     const EightPart distance = hn::Div(t, terms.den);
+    if (HWY_LIKELY(task_.keeps_leaf_hits && !block_.is_timed)) {
+      hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
+      return lanes;
+    }
     StoreCrossings(triangles, distance, interval, hn::Div(terms.u, terms.den),
                    hn::Div(terms.v, terms.den), out);
     return lanes;
@@ -250,6 +253,10 @@ class FacetTest {
     const uint64_t lanes = Bits(kEightTag, meet);
     if (lanes == 0) return 0;
     out.within_limit = lanes;
+    if (HWY_LIKELY(task_.keeps_leaf_hits && !block_.is_timed)) {
+      hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
+      return lanes;
+    }
     StoreCrossings(triangles, distance, interval, hn::Div(terms.u, terms.sum),
                    hn::Div(terms.v, terms.sum), out);
     return lanes;
@@ -270,8 +277,8 @@ class FacetTest {
 
   void TakeLanes(RayNumber number, uint64_t lanes, const FacetCrossings& crossings, size_t part,
                  const TimedFacets* timed) const {
-    if (!task_.scene.meshes.shapes().has_filters()) {
-      ForEachLane(lanes, [&](size_t lane) { Take(number, crossings, lane, part, timed); });
+    if (HWY_LIKELY(task_.keeps_leaf_hits && !timed)) {
+      ForEachLane(lanes, [&](size_t lane) { TakeInLeaf(number, crossings, lane, part); });
       return;
     }
     // Near ones first, because a filter function may end the ray, and counts what it sees.
@@ -283,6 +290,42 @@ class FacetTest {
       lanes &= ~(uint64_t{1} << nearest);
       Take(number, crossings, nearest, part, timed);
     }
+  }
+
+  /// Keeps no more than which triangle it is.
+  HWY_INLINE void TakeInLeaf(RayNumber number, const FacetCrossings& crossings, size_t lane,
+                             size_t part) const {
+    RayRecord& ray = task_.rays[number];
+    const size_t block_lane = part * kPartLanes + lane;
+    const bool within_limit = (crossings.within_limit >> lane) & 1;
+    if (HWY_UNLIKELY(task_.checks_masks) &&
+        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
+      return;
+    }
+    if constexpr (kQuery == Query::kAny) {
+      if (within_limit) ray.tfar = -std::numeric_limits<float>::infinity();
+    } else {
+      const Closeness closeness = Compare(ray, crossings.key[lane], within_limit);
+      if (closeness == Closeness::kFarther) return;
+      if (HWY_UNLIKELY(closeness == Closeness::kEqual) && !ComesFirstInLeaf(number, block_lane)) {
+        return;
+      }
+      SetHit(ray, crossings.key[lane],
+             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
+             leaf_.bits());
+    }
+  }
+
+  /// ComesFirst for a lane of this leaf.
+  HWY_NOINLINE bool ComesFirstInLeaf(RayNumber number, size_t block_lane) const {
+    const RayRecord now = task_.rays[number];
+    RayRecord& ray = task_.rays[number];
+    ray.state = RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
+    ray.hit = leaf_.bits();
+    uint32_t mesh;
+    const FullHit found = FinishHit(task_, number, mesh);
+    ray = now;
+    return ComesFirst(task_, number, found, mesh);
   }
 
   void Take(RayNumber number, const FacetCrossings& crossings, size_t lane, size_t part,
@@ -304,20 +347,16 @@ class FacetTest {
     }
     candidate.mesh = name.mesh;
     candidate.primitive_id = name.primitive;
-    if (task_.scene.meshes.shapes()[name.mesh].shape == Shape::kGrids) PlaceInGrid(candidate);
+    const Shapes& shapes = task_.scene.meshes.shapes();
+    if (shapes[name.mesh].shape == Shape::kGrids) {
+      candidate.primitive_id =
+          shapes.PlaceInGrid(name.mesh, name.primitive, candidate.u, candidate.v);
+    }
     TakeHit<kQuery>(task_, number, candidate);
   }
 
-  /// From a cell to the whole grid.
-  void PlaceInGrid(Candidate& candidate) const {
-    const GridCell cell =
-        task_.scene.meshes.shapes().CellOf(candidate.mesh, candidate.primitive_id);
-    candidate.primitive_id = cell.primitive;
-    candidate.u = (candidate.u + static_cast<float>(cell.x)) / static_cast<float>(cell.columns);
-    candidate.v = (candidate.v + static_cast<float>(cell.y)) / static_cast<float>(cell.rows);
-  }
-
   const TraceTask& task_;
+  const ChildWord leaf_;
   const LeafBlock& block_;
 };
 

@@ -47,7 +47,7 @@ class InstanceRays {
     Transform(outer.org, true, ray.org);
     Transform(outer.dir, false, ray.dir);
     SetReciprocals(ray);
-    if (kQuery == Query::kClosest) inner_.hits[count_] = task_.hits[number];
+    if (HasFullHit(ray)) inner_.hits[count_] = task_.hits[number];
     outer_[count_] = number;
     inner_.callers[count_] = task_.CallerOf(number);
     if (++count_ == inner_.count) Trace();
@@ -60,26 +60,36 @@ class InstanceRays {
                          inner_.rays,
                          inner_.hits,
                          task_.checks_masks,
+                         /*keeps_leaf_hits=*/false,
                          task_.frame,
                          task_.split_memory,
                          {nullptr, nullptr, nullptr, 0},
                          task_.statistics,
+                         task_.finish_hit,
                          task_.scene.meshes[mesh_].geometry_id,
-                         inner_.callers};
+                         inner_.callers,
+                         &task_,
+                         outer_};
     TraceRays<kQuery>(task, count_, memory_);
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];
       RayRecord& outer = task_.rays[outer_[i]];
       outer.tfar = std::min(outer.tfar, ray.tfar);
-      if (kQuery == Query::kAny) continue;
+      if (!HasFullHit(ray)) continue;
       outer.state = ray.state;
-      outer.mesh = ray.mesh;
+      outer.hit = ray.hit;
       task_.hits[outer_[i]] = inner_.hits[i];
     }
     count_ = 0;
   }
 
  private:
+  /// One that is known by leaf and lane is not of this instance.
+  static bool HasFullHit(const RayRecord& ray) {
+    return kQuery == Query::kClosest &&
+           (ray.state & (RayRecord::kHasHit | RayRecord::kInLeaf)) == RayRecord::kHasHit;
+  }
+
   void Transform(const float* vector, bool is_point, float* out) const {
     for (int axis = 0; axis < 3; ++axis) {
       float value = is_point ? transform_.column[3][axis] : 0.0f;

@@ -1,8 +1,21 @@
 #include "leaf/take_hit.h"
 
+#include <tuple>
+
 #include "leaf/callback_packet.h"
 
 namespace dacrt {
+
+bool ComesFirst(const TraceTask& task, RayNumber number, const FullHit& found, uint32_t mesh) {
+  uint32_t hit_mesh;
+  const FullHit hit = task.HitOf(number, hit_mesh);
+  const auto name = [&](const FullHit& h, uint32_t of_mesh) {
+    const bool in_instance = h.instance_id != task.frame.no_instance;
+    return std::tuple(in_instance ? h.instance_id : h.geometry_id, h.geometry_id, of_mesh,
+                      h.primitive_id, h.u, h.v);
+  };
+  return name(found, mesh) < name(hit, hit_mesh);
+}
 
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t mesh, FullHit& hit) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 #include "trace/trace_task.h"
 
@@ -30,24 +29,31 @@ inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t mesh) 
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t mesh, FullHit& hit);
 
-/// Whether `candidate` replaces what the ray has: `hit` at tfar, or nothing within its own tfar.
-inline bool IsCloser(const TraceTask& task, const Candidate& candidate, const FullHit& found,
-                     const RayRecord& ray, const FullHit& hit) {
-  if (candidate.key < ray.tfar) return true;
+/// Whether a hit at `key` may replace what the ray has, or nothing within its own tfar. Where it is
+/// as far away as a hit that the ray has, names decide.
+enum class Closeness { kFarther, kEqual, kCloser };
+inline Closeness Compare(const RayRecord& ray, float key, bool within_limit) {
+  if (key < ray.tfar) return Closeness::kCloser;
   // At the ray's own tfar, t may have rounded to a larger number.
-  if (!(ray.state & RayRecord::kAtLimit ? candidate.within_limit : candidate.key == ray.tfar)) {
-    return false;
+  if (!(ray.state & RayRecord::kAtLimit ? within_limit : key == ray.tfar)) {
+    return Closeness::kFarther;
   }
-  if (!(ray.state & RayRecord::kHasHit)) return true;
-  // By the numbers of what stands in the scene itself, then by those in the instance. Cells of one
-  // grid differ in u and v only.
-  const auto name = [&](const FullHit& h, uint32_t mesh) {
-    const bool in_instance = h.instance_id != task.frame.no_instance;
-    return std::tuple(in_instance ? h.instance_id : h.geometry_id, h.geometry_id, mesh,
-                      h.primitive_id, h.u, h.v);
-  };
-  return name(found, candidate.mesh) < name(hit, ray.mesh);
+  return ray.state & RayRecord::kHasHit ? Closeness::kEqual : Closeness::kCloser;
 }
+
+/// Says that the ray has a hit at `key` now; which, is left to say.
+inline void SetHit(RayRecord& ray, float key, uint32_t flags, uint32_t hit) {
+  // Only a hit that lowers the distance is known to lie within the ray's own tfar.
+  const uint32_t at_limit = key < ray.tfar ? 0 : ray.state & RayRecord::kAtLimit;
+  ray.state = RayRecord::kHasHit | at_limit | flags;
+  ray.hit = hit;
+  ray.tfar = std::min(key, ray.tfar);
+}
+
+/// Whether `found`, of `mesh`, comes before the hit that the ray has, by name: by the numbers of
+/// what stands in the scene itself, then by those in the instance. Cells of one grid differ in u and
+/// v only.
+bool ComesFirst(const TraceTask& task, RayNumber ray, const FullHit& found, uint32_t mesh);
 
 /// Offers a ray a candidate. The ray has it for its hit then, unless one that it has is closer, its
 /// mask forbids it, or the filter function rejects it.
@@ -72,8 +78,9 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
     }
     ray.tfar = -std::numeric_limits<float>::infinity();
   } else {
-    FullHit& hit = task.hits[number];
-    if (!IsCloser(task, candidate, found, ray, hit)) return;
+    const Closeness closeness = Compare(ray, candidate.key, candidate.within_limit);
+    if (closeness == Closeness::kFarther) return;
+    if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.mesh)) return;
     float key = candidate.key;
     if (shapes.has_filters()) {
       const Callback& filter = shapes[candidate.mesh].closest_filter;
@@ -82,12 +89,8 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
         if (found.t != candidate.t) key = found.t;
       }
     }
-    // Only a hit that lowers the distance is known to lie within the ray's own tfar.
-    if (key < ray.tfar) ray.state &= ~RayRecord::kAtLimit;
-    ray.state |= RayRecord::kHasHit;
-    ray.mesh = candidate.mesh;
-    ray.tfar = std::min(key, ray.tfar);
-    hit = found;
+    SetHit(ray, key, 0, candidate.mesh);
+    task.hits[number] = found;
   }
 }
 

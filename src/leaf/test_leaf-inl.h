@@ -65,15 +65,15 @@ HWY_NOINLINE void TestOddBlock(const TraceTask& task, const LeafBlock& block,
 }
 
 template <Query kQuery>
-HWY_INLINE void TestBlocks(const TraceTask& task, const LeafBlock* block, const RayNumber* list,
-                           size_t count, ListMemory memory) {
+HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBlock* block,
+                           const RayNumber* list, size_t count, ListMemory memory) {
   for (;; block = block->Next()) {
     if (HWY_UNLIKELY(block->kind != LeafKind::kFacets)) {
       TestOddBlock<kQuery>(task, *block, list, count, memory);
     } else if (HWY_UNLIKELY(task.scene.meshes.shapes().robust())) {
-      FacetTest<kQuery, true>(task, *block).Test(list, count);
+      FacetTest<kQuery, true>(task, leaf, *block).Test(list, count);
     } else {
-      FacetTest<kQuery, false>(task, *block).Test(list, count);
+      FacetTest<kQuery, false>(task, leaf, *block).Test(list, count);
     }
     if (HWY_LIKELY(block->is_last)) return;
   }
@@ -86,7 +86,8 @@ HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
                             const RayNumber* list, size_t count, ListMemory memory) {
   alignas(64) std::byte blocks[kMostLeafBytes];
   MakeLeaf(task.scene.meshes, task.partition.order, first, most, blocks);
-  TestBlocks<kQuery>(task, reinterpret_cast<const LeafBlock*>(blocks), list, count, memory);
+  TestBlocks<kQuery>(task, ChildWord::Range(first), reinterpret_cast<const LeafBlock*>(blocks),
+                     list, count, memory);
 }
 
 template <Query kQuery>
@@ -97,7 +98,7 @@ HWY_INLINE void TestLeaf(const TraceTask& task, ChildWord leaf, const RayNumber*
   }
   const auto* const block = reinterpret_cast<const LeafBlock*>(
       task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
-  TestBlocks<kQuery>(task, block, list, count, memory);
+  TestBlocks<kQuery>(task, leaf, block, list, count, memory);
 }
 
 }  // namespace HWY_NAMESPACE

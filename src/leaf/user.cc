@@ -12,7 +12,8 @@ FullHit HitOf(const TraceTask& task, RayNumber number, Query query) {
   constexpr FullHit kNone{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
   if (query == Query::kAny) return kNone;
   const RayRecord& ray = task.rays[number];
-  FullHit hit = ray.state & RayRecord::kHasHit ? task.hits[number] : kNone;
+  uint32_t mesh;
+  FullHit hit = ray.state & RayRecord::kHasHit ? task.HitOf(number, mesh) : kNone;
   hit.t = ray.tfar;
   return hit;
 }
@@ -49,8 +50,8 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
     }
     const FullHit before = HitOf(task, rays[i], query);
     if (std::memcmp(&now, &before, sizeof(now)) == 0) continue;
-    ray.state = (ray.state & ~RayRecord::kAtLimit) | RayRecord::kHasHit;
-    ray.mesh = mesh;
+    ray.state = RayRecord::kHasHit;
+    ray.hit = mesh;
     task.hits[rays[i]] = now;
     ray.tfar = std::min(ray.tfar, now.t);
   }

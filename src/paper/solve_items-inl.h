@@ -40,7 +40,7 @@ inline void MakeRecord(const PaperTask& task, size_t slot, RayRecord& ray, FullH
   if (kQuery == Query::kAny || batch.hits[index].mesh == Hit::kNone) return;
   ray.state = RayRecord::kHasHit;
   if (batch.hits[index].mesh & Hit::kAtLimit) ray.state |= RayRecord::kAtLimit;
-  ray.mesh = batch.hits[index].mesh & ~Hit::kAtLimit;
+  ray.hit = batch.hits[index].mesh & ~Hit::kAtLimit;
   hit = batch.full_hits[index];
 }
 
@@ -52,7 +52,7 @@ inline void TakeRecord(const PaperTask& task, size_t slot, const RayRecord& ray,
   batch.tfar[slot] = ray.tfar;
   if (kQuery == Query::kAny || !(ray.state & RayRecord::kHasHit)) return;
   const uint32_t index = batch.index[slot];
-  batch.hits[index] = {0, ray.state & RayRecord::kAtLimit ? ray.mesh | Hit::kAtLimit : ray.mesh};
+  batch.hits[index] = {0, ray.state & RayRecord::kAtLimit ? ray.hit | Hit::kAtLimit : ray.hit};
   batch.full_hits[index] = hit;
 }
 
@@ -69,9 +69,10 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
   uint32_t order[kLeafLanes];
   const TraceTask trace{task.scene,   {nullptr, order, nullptr},
                         memory.rays,  memory.hits,
-                        task.batch.ray_masks != nullptr, task.frame,
-                        split_memory, memory.ForInstances(),
-                        nullptr,      task.frame.no_instance,
+                        task.batch.ray_masks != nullptr, /*keeps_leaf_hits=*/false,
+                        task.frame,   split_memory,
+                        memory.ForInstances(), nullptr,
+                        FinishHit,    task.frame.no_instance,
                         memory.numbers};
   for (size_t first = rays.begin; first < rays.begin + rays.count; first += kItemRays) {
     const size_t count = std::min(kItemRays, rays.begin + rays.count - first);

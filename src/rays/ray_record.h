@@ -19,12 +19,16 @@ struct alignas(64) RayRecord {
   float tnear;
   uint32_t mask;
   float time;
-  uint32_t state;  ///< flags below
-  uint32_t mesh;   ///< of the hit
+  uint32_t state;  ///< flags below, and in the upper bits the lane of the leaf that was hit
+  uint32_t hit;    ///< with kInLeaf: bits of the ChildWord of the leaf; else the mesh that was hit
 
   static constexpr uint32_t kHasHit = 1;
   /// tfar is the ray's own, not one that a hit set.
   static constexpr uint32_t kAtLimit = 2;
+  /// The hit is known by leaf and lane; where and how is computed when it is asked for (see
+  /// leaf/finish_hit-inl.h). Else it stands in the full hits.
+  static constexpr uint32_t kInLeaf = 4;
+  static constexpr uint32_t kLaneShift = 8;
 
   /// A bit for each axis on which the direction is negative.
   uint32_t Octant() const {
@@ -33,7 +37,7 @@ struct alignas(64) RayRecord {
 };
 static_assert(sizeof(RayRecord) == 64);
 
-/// The closest hit of a ray so far, in the order of the caller's records.
+/// A closest hit, in the order of the caller's records.
 struct FullHit {
   float ng[3];
   float u, v;

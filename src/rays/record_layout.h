@@ -34,6 +34,14 @@ class RecordLayout {
         follows(view.instance_id, kInstanceId);
   }
 
+  /// A bit for each axis on which the direction is negative.
+  uint32_t ReadOctant(std::size_t i) const {
+    const auto sign = [&](RayView::Component component) {
+      return Read(component, i, uint32_t{0}) >> 31;
+    };
+    return sign(view_.dir_x) | sign(view_.dir_y) << 1 | sign(view_.dir_z) << 2;
+  }
+
   /// Reads what a record is made of.
   void Read(std::size_t i, RayRecord& ray) const {
     if (has_records_) {
@@ -63,6 +71,46 @@ class RecordLayout {
     ray.time = record[static_cast<std::size_t>(kTime)];
     ray.tfar = record[static_cast<std::size_t>(kTfar)];
     std::memcpy(&ray.mask, record + static_cast<std::size_t>(kMask), sizeof(ray.mask));
+  }
+
+  /// A lane of a packet.
+  static void ReadLane(const RayPacket& packet, uint32_t lane, RayRecord& ray) {
+    using enum PacketComponent;
+    const float* const values = static_cast<const float*>(packet.values) + lane;
+    const auto read = [&](PacketComponent component) {
+      return values[static_cast<std::size_t>(component) * packet.lanes];
+    };
+    ray.org[0] = read(kOrgX);
+    ray.org[1] = read(kOrgY);
+    ray.org[2] = read(kOrgZ);
+    ray.tnear = read(kTnear);
+    ray.dir[0] = read(kDirX);
+    ray.dir[1] = read(kDirY);
+    ray.dir[2] = read(kDirZ);
+    ray.time = read(kTime);
+    ray.tfar = read(kTfar);
+    ray.mask = UINT32_MAX;
+    if (packet.has_masks) {
+      std::memcpy(&ray.mask, values + static_cast<std::size_t>(kMask) * packet.lanes,
+                  sizeof(ray.mask));
+    }
+  }
+
+  static void WriteLane(const RayPacket& packet, uint32_t lane, float tfar) {
+    static_cast<float*>(
+        packet.values)[static_cast<std::size_t>(PacketComponent::kTfar) * packet.lanes + lane] =
+        tfar;
+  }
+  static void WriteLane(const RayPacket& packet, uint32_t lane, const FullHit& hit) {
+    float values[offsetof(FullHit, t) / sizeof(float)];
+    std::memcpy(values, &hit, sizeof(values));
+    WriteLane(packet, lane, hit.t);
+    float* out = static_cast<float*>(packet.values) +
+                 static_cast<std::size_t>(PacketComponent::kNgX) * packet.lanes + lane;
+    for (const float value : values) {
+      std::memcpy(out, &value, sizeof(value));
+      out += packet.lanes;
+    }
   }
 
   void WriteBlocked(std::size_t i) const {

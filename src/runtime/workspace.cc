@@ -69,6 +69,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   scratch_ = cutter.Cut<Scratch>(1);
   records_ = cutter.Cut<RayRecord>(shape.records);
   hits_ = cutter.Cut<FullHit>(shape.records);
+  callers_ = cutter.Cut<uint32_t>(shape.records);
   lists_.top = cutter.Cut<std::byte>(shape.list_bytes);
   lists_.end = lists_.top + shape.list_bytes;
   instance_memory_.count = shape.instance_rays;

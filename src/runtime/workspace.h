@@ -23,7 +23,7 @@ namespace dacrt {
 ///   bytes = kRecordBytes * R + kListLevels * ListBytes(R)
 ///           + kRecordBytes * instance_rays + kConstantBytes
 ///
-/// records: each has one, and a full hit.
+/// records: each has one, a full hit, and its number.
 ///
 /// lists: a visit of a node takes three bytes for each of its rays (trace/trace_task.h). The lists
 /// of kListLevels levels fit if every ray were in each; as a rule they get shorter from level to
@@ -57,7 +57,8 @@ struct WorkspaceShape {
   static constexpr std::size_t kConeBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
   static constexpr std::size_t kFullHitBytes = sizeof(FullHit);
   static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
-  static constexpr std::size_t kRecordBytes = sizeof(RayRecord) + sizeof(FullHit);
+  static constexpr std::size_t kRecordBytes =
+      sizeof(RayRecord) + sizeof(FullHit) + sizeof(uint32_t);
   static constexpr std::size_t kListLevels = 16;
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
@@ -77,7 +78,7 @@ struct WorkspaceShape {
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
            kConeBytes * cones + kFullHitBytes * full_hits + kRecordBytes * records + list_bytes +
-           (kRecordBytes + sizeof(uint32_t)) * instance_rays + kConstantBytes;
+           kRecordBytes * instance_rays + kConstantBytes;
   }
 
   std::size_t records = 0;
@@ -103,6 +104,7 @@ class Workspace {
 
   RayRecord* rays() const { return records_; }
   FullHit* hits() const { return hits_; }
+  uint32_t* callers() const { return callers_; }
   ListMemory lists() const { return lists_; }
   InstanceMemory instance_memory() const { return instance_memory_; }
 
@@ -115,6 +117,7 @@ class Workspace {
   Scratch* scratch_ = nullptr;
   RayRecord* records_ = nullptr;
   FullHit* hits_ = nullptr;
+  uint32_t* callers_ = nullptr;
   ListMemory lists_{};
   InstanceMemory instance_memory_{};
   std::span<TriangleRef> refs_;

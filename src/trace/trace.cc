@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "trace/trace.cc"
 #include <hwy/foreach_target.h>
 
+#include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
 #include "rays/packet_view.h"
 #include "trace/stack_memory.h"
@@ -14,42 +15,82 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
+/// Rays ahead of which the leaves are fetched that have been hit.
+constexpr size_t kFetchHits = 8;
+
+/// Writes what the loaded rays have found to the caller's records. Returns how many found something.
 template <Query kQuery>
-size_t StoreRecords(const RayView& view, size_t first, size_t count, const RayRecord* rays,
-                    const FullHit* hits) {
-  const RecordLayout layout(view);
+size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
+  const RecordLayout layout(*task.frame.view);
+  const auto caller_of = [&](size_t ray) { return task.frame.first + task.callers[ray]; };
+  FinishedHits finished(task);
   size_t stored = 0;
-  for (size_t i = 0; i < count; ++i) {
-    if constexpr (kQuery == Query::kAny) {
-      // Inactive rays have -1.
-      if (!(rays[i].tfar < -1)) continue;
-      layout.WriteBlocked(first + i);
-    } else {
-      if (rays[i].tfar < 0 || !(rays[i].state & RayRecord::kHasHit)) continue;
-      layout.WriteHit(first + i, hits[i]);
+  const auto finish = [&]() HWY_ATTR {
+    finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR {
+      layout.WriteHit(caller_of(finished.number(i)), hit);
+    });
+  };
+  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
+    for (size_t i = loaded.begin[octant]; i < loaded.end[octant]; ++i) {
+      const RayRecord& ray = task.rays[i];
+      if constexpr (kQuery == Query::kAny) {
+        if (!(ray.tfar < 0)) continue;
+        layout.WriteBlocked(caller_of(i));
+      } else {
+        if (!(ray.state & RayRecord::kHasHit)) continue;
+        if (ray.state & RayRecord::kInLeaf) {
+          finished.Prefetch(task.rays[i + kFetchHits]);
+          finished.Add(static_cast<RayNumber>(i));
+          if (finished.count() == FinishedHits::kMost) finish();
+        } else {
+          layout.WriteHit(caller_of(i), task.hits[i]);
+        }
+      }
+      ++stored;
     }
-    ++stored;
   }
+  finish();
   return stored;
+}
+
+/// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack.
+template <Query kQuery>
+void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count,
+               const CallOptions& options, SplitMemory& split_memory, RayRecord* rays,
+               FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
+               ListMemory lists, Statistics* statistics) {
+  const LoadedRays loaded = LoadRecords(view, first, count, rays, callers);
+  if (statistics) {
+    statistics->rays += loaded.count;
+    ++statistics->pieces;
+  }
+  if (loaded.count == 0) return;
+  const CallFrame frame{&view, first, options, view.instance_value};
+  const TraceTask task{scene,
+                       scene.partition(),
+                       rays,
+                       hits,
+                       !scene.meshes.AllAccept(loaded.common_mask),
+                       !scene.meshes.shapes().has_filters(),
+                       frame,
+                       split_memory,
+                       instance_memory,
+                       statistics,
+                       FinishHit,
+                       view.instance_value,
+                       callers};
+  TraceLoaded<kQuery>(task, loaded, lists);
+  const size_t stored = StoreRecords<kQuery>(task, loaded);
+  if (statistics) statistics->hits += stored;
 }
 
 template <Query kQuery>
 void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, size_t count,
                    const CallOptions& options, Workspace& workspace, Statistics& statistics) {
-  RayRecord* const rays = workspace.rays();
-  size_t active;
-  const uint32_t common_mask = LoadRecords(view, first, count, rays, active);
-  const CallFrame frame{&view, first, options, view.instance_value};
   SplitMemory split_memory(workspace.scratch().subset);
-  const TraceTask task{scene,        scene.partition(),
-                       rays,         workspace.hits(),
-                       !scene.meshes.AllAccept(common_mask), frame,
-                       split_memory, workspace.instance_memory(),
-                       &statistics,  view.instance_value};
-  if (active > 0) TraceRays<kQuery>(task, count, workspace.lists());
-  statistics.rays += active;
-  statistics.hits += StoreRecords<kQuery>(view, first, count, rays, workspace.hits());
-  ++statistics.pieces;
+  TraceView<kQuery>(scene, view, first, count, options, split_memory, workspace.rays(),
+                    workspace.hits(), workspace.callers(), workspace.instance_memory(),
+                    workspace.lists(), &statistics);
 }
 
 void TracePiece(Query query, const SceneParts& scene, const RayView& view, size_t first,
@@ -66,18 +107,9 @@ template <Query kQuery>
 void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptions& options,
                    WorkspacePool& pool) {
   StackMemory<policy::kShortCall> memory;
-  size_t active;
-  const uint32_t common_mask = LoadRecords(view, 0, view.count, memory.rays, active);
-  if (active == 0) return;
-  const CallFrame frame{&view, 0, options, view.instance_value};
   SplitMemory split_memory(pool);
-  const TraceTask task{scene,        scene.partition(),
-                       memory.rays,  memory.hits,
-                       !scene.meshes.AllAccept(common_mask), frame,
-                       split_memory, memory.ForInstances(),
-                       nullptr,      view.instance_value};
-  TraceRays<kQuery>(task, view.count, memory.Lists());
-  StoreRecords<kQuery>(view, 0, view.count, memory.rays, memory.hits);
+  TraceView<kQuery>(scene, view, 0, view.count, options, split_memory, memory.rays, memory.hits,
+                    memory.numbers, memory.ForInstances(), memory.Lists(), nullptr);
 }
 
 void TraceShort(Query query, const SceneParts& scene, const RayView& view,
@@ -97,6 +129,7 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   RayRecord ray;
   RecordLayout::ReadRecord(record, ray);
   if (!packet.has_masks) ray.mask = UINT32_MAX;
+  if (packet.valid && *packet.valid != -1) return;
   if (!FinishRecord(ray)) return;
   FullHit hit;
   RayRecord instance_ray;
@@ -106,16 +139,25 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
   const CallFrame frame{&view, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
-  const TraceTask task{scene,        scene.partition(),
-                       &ray,         &hit,
-                       !scene.meshes.AllAccept(ray.mask), frame,
-                       split_memory, {&instance_ray, &instance_hit, &caller, 1},
-                       nullptr,      packet.instance_value};
+  const TraceTask task{scene,
+                       scene.partition(),
+                       &ray,
+                       &hit,
+                       !scene.meshes.AllAccept(ray.mask),
+                       !scene.meshes.shapes().has_filters(),
+                       frame,
+                       split_memory,
+                       {&instance_ray, &instance_hit, &caller, 1},
+                       nullptr,
+                       FinishHit,
+                       packet.instance_value};
   OneTracer<kQuery>(task).Trace(scene.kept->root(), 0, ListMemory{});
   if constexpr (kQuery == Query::kAny) {
     if (ray.tfar < 0) record[static_cast<size_t>(PacketComponent::kTfar)] = ray.tfar;
   } else {
-    if (ray.state & RayRecord::kHasHit) RecordLayout::WriteRecord(hit, record);
+    if (!(ray.state & RayRecord::kHasHit)) return;
+    uint32_t mesh;
+    RecordLayout::WriteRecord(task.HitOf(0, mesh), record);
   }
 }
 
@@ -123,30 +165,54 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                 WorkspacePool& pool) {
-  StackMemory<16> memory;
-  const RayView view = ViewOf(packet);
-  const RecordLayout layout(view);
+  StackMemory<kMaxLanes> memory;
+  RayView view;
+  if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
+  size_t count = 0;
   uint32_t common_mask = UINT32_MAX;
-  size_t active = 0;
-  for (size_t lane = 0; lane < packet.lanes; ++lane) {
-    RayRecord& ray = memory.rays[lane];
-    ray.tfar = -1;
+  for (uint32_t lane = 0; lane < packet.lanes; ++lane) {
     if (packet.valid && packet.valid[lane] != -1) continue;
-    layout.Read(lane, ray);
+    RayRecord& ray = memory.rays[count];
+    RecordLayout::ReadLane(packet, lane, ray);
     if (!FinishRecord(ray)) continue;
     common_mask &= ray.mask;
-    ++active;
+    memory.numbers[count++] = lane;
   }
-  if (active == 0) return;
+  if (count == 0) return;
   const CallFrame frame{&view, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
-  const TraceTask task{scene,        scene.partition(),
-                       memory.rays,  memory.hits,
-                       !scene.meshes.AllAccept(common_mask), frame,
-                       split_memory, memory.ForInstances(),
-                       nullptr,      packet.instance_value};
-  TraceRays<kQuery>(task, packet.lanes, memory.Lists());
-  StoreRecords<kQuery>(view, 0, packet.lanes, memory.rays, memory.hits);
+  const TraceTask task{scene,
+                       scene.partition(),
+                       memory.rays,
+                       memory.hits,
+                       !scene.meshes.AllAccept(common_mask),
+                       !scene.meshes.shapes().has_filters(),
+                       frame,
+                       split_memory,
+                       memory.ForInstances(),
+                       nullptr,
+                       FinishHit,
+                       packet.instance_value,
+                       memory.numbers};
+  TraceRaysFrom<kQuery>(task, scene.kept->root(), count, memory.Lists());
+  FinishedHits finished(task);
+  const auto finish = [&]() HWY_ATTR {
+    finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR {
+      RecordLayout::WriteLane(packet, memory.numbers[finished.number(i)], hit);
+    });
+  };
+  for (size_t i = 0; i < count; ++i) {
+    const RayRecord& ray = memory.rays[i];
+    if constexpr (kQuery == Query::kAny) {
+      if (ray.tfar < 0) RecordLayout::WriteLane(packet, memory.numbers[i], ray.tfar);
+    } else if (ray.state & RayRecord::kInLeaf) {
+      finished.Add(static_cast<RayNumber>(i));
+      if (finished.count() == FinishedHits::kMost) finish();
+    } else if (ray.state & RayRecord::kHasHit) {
+      RecordLayout::WriteLane(packet, memory.numbers[i], memory.hits[i]);
+    }
+  }
+  finish();
 }
 
 void TracePacket(Query query, const SceneParts& scene, const RayPacket& packet,

@@ -1,5 +1,4 @@
-// Where a piece of a batch enters the recursion: its rays in lists by the octant of their
-// directions.
+// Where rays enter the recursion: in lists by the octant of their directions.
 
 #if defined(DACRT_TRACE_TRACE_RAYS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_TRACE_RAYS_INL_H_
@@ -8,32 +7,58 @@
 #define DACRT_TRACE_TRACE_RAYS_INL_H_
 #endif
 
+#include <utility>
+
+#include "rays/load_records-inl.h"
 #include "trace/trace_list-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Traces rays 0 to count - 1 of a task, but for inactive ones, from `root` on.
+/// Rays [begin, end) of a task, which run in one octant.
 template <Query kQuery>
-void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemory memory) {
+void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t begin, size_t end,
+                 ListMemory memory) {
+  const size_t count = end - begin;
   if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
-    for (size_t i = 0; i < count; ++i) {
-      if (task.rays[i].tfar < 0) continue;
+    for (size_t i = begin; i < end; ++i) {
       OneTracer<kQuery>(task).Trace(root, static_cast<RayNumber>(i), memory);
     }
     return;
   }
-  constexpr uint32_t kOctants = 8;
-  size_t ends[kOctants + 1] = {};
-  const auto octant_of = [&](size_t i) {
-    return task.rays[i].tfar < 0 ? kOctants : task.rays[i].Octant();
-  };
-  for (size_t i = 0; i < count; ++i) ++ends[octant_of(i)];
+  RayNumber* const list = CutList<RayNumber>(memory, count + kListSlack);
+  for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(begin + i);
+  memset(list + count, 0, kListSlack * sizeof(RayNumber));
+  ListTracer<kQuery>(task, octant).Trace(root, list, count, memory);
+}
+
+template <Query kQuery>
+void TraceLoaded(const TraceTask& task, const LoadedRays& rays, ListMemory memory) {
+  const ChildWord root = task.scene.kept->root();
+  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
+    TraceOctant<kQuery>(task, root, octant, rays.begin[octant], rays.end[octant], memory);
+  }
+}
+
+/// Rays 0 to count - 1 of a task, in no order, from `root` on.
+template <Query kQuery>
+void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemory memory) {
+  if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
+    for (size_t i = 0; i < count; ++i) {
+      OneTracer<kQuery>(task).Trace(root, static_cast<RayNumber>(i), memory);
+    }
+    return;
+  }
+  constexpr uint32_t kOctants = LoadedRays::kOctants;
+  size_t ends[kOctants] = {};
+  for (size_t i = 0; i < count; ++i) ++ends[task.rays[i].Octant()];
   size_t begin = 0;
   for (size_t& end : ends) begin += std::exchange(end, begin);
   RayNumber* const list = CutList<RayNumber>(memory, count + kListSlack);
-  for (size_t i = 0; i < count; ++i) list[ends[octant_of(i)]++] = static_cast<RayNumber>(i);
+  for (size_t i = 0; i < count; ++i) {
+    list[ends[task.rays[i].Octant()]++] = static_cast<RayNumber>(i);
+  }
   memset(list + count, 0, kListSlack * sizeof(RayNumber));
   begin = 0;
   for (uint32_t octant = 0; octant < kOctants; ++octant) {

@@ -28,20 +28,51 @@ struct CallFrame {
   uint32_t no_instance;  ///< what hits outside of instances get
 };
 
+struct TraceTask;
+
+/// The hit of a ray that is known by leaf and lane, and the mesh that was hit.
+using FinishHitFunction = FullHit (*)(const TraceTask& task, RayNumber ray, uint32_t& mesh);
+
 struct TraceTask {
   const SceneParts& scene;
   PartitionView partition;
   RayRecord* rays;
   FullHit* hits;  ///< by ray number; closest-hit queries only
   bool checks_masks;
+  /// Whether hits of facets are kept by leaf and lane: not where filter functions may change them,
+  /// nor where the partition is soon forgotten.
+  bool keeps_leaf_hits;
   const CallFrame& frame;
   SplitMemory& split_memory;
   InstanceMemory instance_memory;
   Statistics* statistics;  ///< null on the short way
-  uint32_t instance_id;    ///< what hits get
-  const uint32_t* callers = nullptr;  ///< numbers of the caller's rays; null: those of `rays`
+  FinishHitFunction finish_hit;
+  uint32_t instance_id;                ///< what hits get
+  const uint32_t* callers = nullptr;   ///< numbers of the caller's rays; null: those of `rays`
+  const TraceTask* outer = nullptr;    ///< whose rays these are, in an instance or a part of it
+  const RayNumber* outer_rays = nullptr;  ///< their numbers there; null: the same
 
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
+
+  /// The hit that a ray has.
+  FullHit HitOf(RayNumber ray, uint32_t& mesh) const {
+    if (!(rays[ray].state & RayRecord::kInLeaf)) {
+      mesh = rays[ray].hit;
+      return hits[ray];
+    }
+    if (!outer) return finish_hit(*this, ray, mesh);
+    return outer->HitOf(outer_rays ? outer_rays[ray] : ray, mesh);
+  }
+
+  /// The same task over another partition of some of the scene's triangles.
+  TraceTask Within(PartitionView part) const {
+    TraceTask task = *this;
+    task.partition = part;
+    task.keeps_leaf_hits = false;
+    task.outer = this;
+    task.outer_rays = nullptr;
+    return task;
+  }
 };
 
 }  // namespace dacrt

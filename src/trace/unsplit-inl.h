@@ -24,9 +24,11 @@ template <Query kQuery>
 void TestAll(const TraceTask& task, size_t begin, size_t count, const RayNumber* list,
              size_t rays, ListMemory memory) {
   const size_t most = task.scene.meshes.all_fill_one_lane() ? kLeafLanes : kLeafLanes / 2;
+  // The order may be another one before hits are asked for.
+  const TraceTask own = task.Within(task.partition);
   for (size_t done = 0; done < count;) {
     const size_t some = std::min(most, count - done);
-    TestRange<kQuery>(task, static_cast<uint32_t>(begin + done), some, list, rays, memory);
+    TestRange<kQuery>(own, static_cast<uint32_t>(begin + done), some, list, rays, memory);
     done += some;
   }
 }
@@ -50,9 +52,7 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
       continue;
     }
     for (size_t i = 0; i < nodes; ++i) scratch.get()->nodes[i].SetLeavesDone();
-    TraceTask own = task;
-    own.partition = {scratch.get()->nodes, order.data(), nullptr};
-    trace(own, ChildWord::Inner(0));
+    trace(task.Within({scratch.get()->nodes, order.data(), nullptr}), ChildWord::Inner(0));
   }
 }
 
@@ -74,9 +74,7 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
     if (count == 0) return;
     const size_t nodes = SplitTriangles(meshes, 0, {scratch.order, count}, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
-    TraceTask own = task;
-    own.partition = {scratch.nodes, scratch.order, nullptr};
-    trace(own, ChildWord::Inner(0));
+    trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }
 }
 

@@ -1,0 +1,163 @@
+// From leaf and lane to the hit: the triangle test once more for the pairs that won, a lane each, in
+// the operations of the leaf test, so that what it gives is what that one found.
+
+#if defined(DACRT_LEAF_FINISH_HIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_LEAF_FINISH_HIT_INL_H_
+#undef DACRT_LEAF_FINISH_HIT_INL_H_
+#else
+#define DACRT_LEAF_FINISH_HIT_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include "geometry/robust_test-inl.h"
+#include "geometry/wide_node-inl.h"
+#include "leaf/leaf_block.h"
+#include "leaf/leaf_names.h"
+#include "leaf/make_leaf.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Some rays with the triangles that they hit, a lane each.
+class FinishedHits {
+ public:
+  FinishedHits(const TraceTask& task) : task_(task) {}
+
+  static constexpr size_t kMost = kPartLanes;
+
+  /// Asks for the memory of the leaf that a ray hits; the record may be scrap.
+  HWY_INLINE void Prefetch(const RayRecord& ray) const {
+    const ChildWord leaf(ray.hit);
+    const std::byte* const block =
+        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
+    hwy::Prefetch(block);
+    hwy::Prefetch(block + 64);
+    hwy::Prefetch(block + 128);
+  }
+
+  void Add(RayNumber number) {
+    const RayRecord& ray = task_.rays[number];
+    const ChildWord leaf(ray.hit);
+    const size_t block_lane = ray.state >> RayRecord::kLaneShift;
+    alignas(64) std::byte blocks[kMostLeafBytes];
+    const LeafBlock* block = reinterpret_cast<const LeafBlock*>(blocks);
+    if (HWY_LIKELY(leaf.IsBlock())) {
+      block = reinterpret_cast<const LeafBlock*>(
+          task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    } else {
+      MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes, blocks);
+    }
+    // Facets that do not move stand in one block of a leaf.
+    while (block->kind != LeafKind::kFacets || block->is_timed) block = block->Next();
+    const float* const vertices = block->vertex_data();
+    for (size_t corner = 0; corner < 3; ++corner) {
+      const float* const vertex = vertices + block->indices()[corner * kLeafLanes + block_lane];
+      for (size_t axis = 0; axis < 3; ++axis) {
+        corner_[corner][axis][count_] = vertex[axis * block->vertices];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      org_[axis][count_] = ray.org[axis];
+      dir_[axis][count_] = ray.dir[axis];
+    }
+    names_[count_] = NameOfLane(task_, *block, block_lane);
+    is_second_[count_] = block->second >> block_lane & 1;
+    numbers_[count_++] = number;
+  }
+
+  size_t count() const { return count_; }
+  RayNumber number(size_t i) const { return numbers_[i]; }
+  uint32_t mesh(size_t i) const { return names_[i].mesh; }
+
+  /// Calls `take(i, hit)` for each, and is empty then.
+  template <class Take>
+  HWY_INLINE void Finish(const Take& take) {
+    for (size_t i = count_; i < kMost; ++i) CopyLane(0, i);
+    TestRaysOf<EightPart> rays;
+    EightPart v[3][3];
+    for (int axis = 0; axis < 3; ++axis) {
+      rays.org[axis] = hn::Load(kEightTag, org_[axis]);
+      rays.dir[axis] = hn::Load(kEightTag, dir_[axis]);
+      for (int corner = 0; corner < 3; ++corner) {
+        v[corner][axis] = hn::Load(kEightTag, corner_[corner][axis]);
+      }
+    }
+    const auto triangles = TrianglesOf(v[0], v[1], v[2]);
+    EightPart t, u, w;
+    if (task_.scene.meshes.shapes().robust()) {
+      const auto terms = TestRobustly(rays, triangles, v[1], v[2]);
+      t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
+      u = hn::Div(terms.u, terms.sum);
+      w = hn::Div(terms.v, terms.sum);
+    } else {
+      const auto terms = EdgeTerms(rays.org, rays.dir, triangles);
+      t = hn::Div(DepthTerm(triangles, terms), terms.den);
+      u = hn::Div(terms.u, terms.den);
+      w = hn::Div(terms.v, terms.den);
+    }
+    const EightPart one = hn::Set(kEightTag, 1.0f);
+    HWY_ALIGN float out[6][kMost];
+    hn::Store(t, kEightTag, out[0]);
+    hn::Store(hn::Min(u, one), kEightTag, out[1]);
+    hn::Store(hn::Min(w, one), kEightTag, out[2]);
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(triangles.ng[axis], kEightTag, out[3 + axis]);
+    }
+    for (size_t i = 0; i < count_; ++i) {
+      const MeshTable::Name name = names_[i];
+      FullHit hit{{out[3][i], out[4][i], out[5][i]},
+                  out[1][i],
+                  out[2][i],
+                  name.primitive,
+                  task_.scene.meshes[name.mesh].geometry_id,
+                  task_.instance_id,
+                  out[0][i]};
+      if (is_second_[i]) {
+        hit.u = 1 - hit.u;
+        hit.v = 1 - hit.v;
+      }
+      const Shapes& shapes = task_.scene.meshes.shapes();
+      if (shapes[name.mesh].shape == Shape::kGrids) {
+        hit.primitive_id = shapes.PlaceInGrid(name.mesh, name.primitive, hit.u, hit.v);
+      }
+      take(i, hit);
+    }
+    count_ = 0;
+  }
+
+ private:
+  void CopyLane(size_t from, size_t to) {
+    for (int axis = 0; axis < 3; ++axis) {
+      org_[axis][to] = org_[axis][from];
+      dir_[axis][to] = dir_[axis][from];
+      for (auto& corner : corner_) corner[axis][to] = corner[axis][from];
+    }
+  }
+
+  const TraceTask& task_;
+  HWY_ALIGN float org_[3][kMost];
+  HWY_ALIGN float dir_[3][kMost];
+  HWY_ALIGN float corner_[3][3][kMost];
+  MeshTable::Name names_[kMost];
+  bool is_second_[kMost];
+  RayNumber numbers_[kMost];
+  size_t count_ = 0;
+};
+
+/// The hit of one ray.
+inline FullHit FinishHit(const TraceTask& task, RayNumber number, uint32_t& mesh) {
+  FinishedHits hits(task);
+  hits.Add(number);
+  FullHit finished;
+  mesh = hits.mesh(0);
+  hits.Finish([&](size_t, const FullHit& hit) HWY_ATTR { finished = hit; });
+  return finished;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_LEAF_FINISH_HIT_INL_H_
