@@ -30,13 +30,20 @@ class Opening {
   /// eight.
   void Open(const Kind& kind, TriangleRef* refs, size_t most, SubsetScratch& scratch) {
     while (count_ < WideNode::kWidth) {
-      const size_t open = Largest(most);
+      const size_t open = Largest(most, SIZE_MAX);
       if (open == count_) return;
-      const WeighedChildren halves = SplitBySurface(kind, refs, children_[open], scratch);
-      std::copy_backward(children_ + open + 1, children_ + count_, children_ + count_ + 1);
-      children_[open] = halves.left;
-      children_[open + 1] = halves.right;
-      ++count_;
+      Split(open, kind, refs, scratch);
+    }
+  }
+
+  /// Splits children that the places left suffice for, if their leaves are full, first those of the
+  /// largest surface: each saves a node.
+  void Dissolve(const Kind& kind, TriangleRef* refs, size_t most, SubsetScratch& scratch) {
+    for (;;) {
+      const size_t places = WideNode::kWidth - count_;
+      const size_t open = Largest(most, (places + 1) * most);
+      if (places == 0 || open == count_) return;
+      Split(open, kind, refs, scratch);
     }
   }
 
@@ -48,14 +55,22 @@ class Opening {
   }
 
  private:
-  /// The child with the largest surface among those of more than `weight`; count() if there is
-  /// none.
-  size_t Largest(size_t weight) const {
+  void Split(size_t open, const Kind& kind, TriangleRef* refs, SubsetScratch& scratch) {
+    const WeighedChildren halves = SplitBySurface(kind, refs, children_[open], scratch);
+    std::copy_backward(children_ + open + 1, children_ + count_, children_ + count_ + 1);
+    children_[open] = halves.left;
+    children_[open + 1] = halves.right;
+    ++count_;
+  }
+
+  /// The child with the largest surface among those of more than `above` and at most `most`;
+  /// count() if there is none.
+  size_t Largest(size_t above, size_t most) const {
     size_t largest = count_;
     float largest_area = -1;
     for (size_t i = 0; i < count_; ++i) {
       const WeighedRange& child = children_[i];
-      if (child.weight <= weight || child.range.count() < 2) continue;
+      if (child.weight <= above || child.weight > most || child.range.count() < 2) continue;
       const float area = child.range.bounds.HalfArea();
       if (area <= largest_area) continue;
       largest_area = area;
@@ -96,7 +111,11 @@ class NodeBuilder {
     if (range.weight > leaves_.most_of_node()) {
       children.Open(kind_, refs_, leaves_.most_of_node(), scratch_);
     }
-    if (children.count() == 1) children.Open(kind_, refs_, leaves_.most(), scratch_);
+    if (children.count() == 1) {
+      children.Open(kind_, refs_, leaves_.most(), scratch_);
+    } else {
+      children.Dissolve(kind_, refs_, leaves_.most(), scratch_);
+    }
     WideNode& node = nodes_[number];
     children.Encode(node);
     node.visits = 0;

@@ -12,7 +12,7 @@ std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 128; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
 /// to take.
-std::size_t NodesFor(std::size_t triangles) { return 16 + triangles / 24; }
+std::size_t NodesFor(std::size_t triangles) { return 16 + triangles / 28; }
 
 constexpr std::size_t RoundUp(std::size_t bytes, std::size_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;

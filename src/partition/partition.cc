@@ -16,10 +16,14 @@ void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
   RootOf(kept, 0, &scratch, &tasks, [] {});
 }
 
+void SplitOne(KeptPartition& kept, uint32_t subset, SubsetScratch& scratch) {
+  RootOf(kept, subset, &scratch, nullptr, [] {});
+}
+
 }  // namespace
 
 const PartitionKernels* GetPartitionKernels() {
-  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll};
+  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll, SplitOne};
   return &kKernels;
 }
 

@@ -12,44 +12,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "geometry/extent-inl.h"
-#include "leaf/leaf_block.h"
-#include "partition/partition_triangles-inl.h"
+#include "partition/weighed_range-inl.h"
+#include "runtime/scratch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
-
-/// What is split: references to triangles, to items of several shapes, or to cells (grid.h) that
-/// hold several triangles.
-struct Triangles {
-  HWY_INLINE size_t Weight(const TriangleRef&) const { return 1; }
-};
-struct Items {
-  HWY_INLINE size_t Weight(const TriangleRef& item) const { return meshes.LanesOf(item.mesh); }
-  const MeshTable& meshes;
-};
-struct Cells {
-  /// A cell's number of triangles stands in the place of the mesh.
-  HWY_INLINE size_t Weight(const TriangleRef& cell) const { return cell.mesh; }
-};
-
-/// What testing a ray against so many triangles costs: a leaf's are tested side by side.
-HWY_INLINE float LeafTests(size_t weight) {
-  return static_cast<float>((weight + kLeafLanes - 1) / kLeafLanes);
-}
-
-/// A range of references, and how many lanes of leaves they fill; of cells, how many triangles they
-/// hold.
-struct WeighedRange {
-  TriangleRange range;
-  size_t weight;
-};
-
-struct WeighedChildren {
-  WeighedRange left;
-  WeighedRange right;
-};
 
 /// Bins for `count` references: fewer for fewer, because most of the work of a partition is in its
 /// smallest subproblems.
