@@ -172,6 +172,28 @@ class FacetTest {
     }
   }
 
+  /// Offers a ray a triangle of the block that it meets, of which no more is kept than which it is.
+  HWY_INLINE void TakeInLeaf(RayNumber number, float key, bool within_limit,
+                             size_t block_lane) const {
+    RayRecord& ray = task_.rays[number];
+    if (HWY_UNLIKELY(task_.checks_masks) &&
+        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
+      return;
+    }
+    if constexpr (kQuery == Query::kAny) {
+      if (within_limit) ray.tfar = -std::numeric_limits<float>::infinity();
+    } else {
+      const Closeness closeness = Compare(ray, key, within_limit);
+      if (closeness == Closeness::kFarther) return;
+      if (HWY_UNLIKELY(closeness == Closeness::kEqual) && !ComesFirstInLeaf(number, block_lane)) {
+        return;
+      }
+      SetHit(ray, key,
+             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
+             leaf_.bits());
+    }
+  }
+
  private:
   static constexpr size_t kAhead = 4;
 
@@ -278,7 +300,10 @@ class FacetTest {
   void TakeLanes(RayNumber number, uint64_t lanes, const FacetCrossings& crossings, size_t part,
                  const TimedFacets* timed) const {
     if (HWY_LIKELY(task_.keeps_leaf_hits && !timed)) {
-      ForEachLane(lanes, [&](size_t lane) { TakeInLeaf(number, crossings, lane, part); });
+      ForEachLane(lanes, [&](size_t lane) {
+        TakeInLeaf(number, crossings.key[lane], (crossings.within_limit >> lane) & 1,
+                   part * kPartLanes + lane);
+      });
       return;
     }
     // Near ones first, because a filter function may end the ray, and counts what it sees.
@@ -289,30 +314,6 @@ class FacetTest {
       });
       lanes &= ~(uint64_t{1} << nearest);
       Take(number, crossings, nearest, part, timed);
-    }
-  }
-
-  /// Keeps no more than which triangle it is.
-  HWY_INLINE void TakeInLeaf(RayNumber number, const FacetCrossings& crossings, size_t lane,
-                             size_t part) const {
-    RayRecord& ray = task_.rays[number];
-    const size_t block_lane = part * kPartLanes + lane;
-    const bool within_limit = (crossings.within_limit >> lane) & 1;
-    if (HWY_UNLIKELY(task_.checks_masks) &&
-        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
-      return;
-    }
-    if constexpr (kQuery == Query::kAny) {
-      if (within_limit) ray.tfar = -std::numeric_limits<float>::infinity();
-    } else {
-      const Closeness closeness = Compare(ray, crossings.key[lane], within_limit);
-      if (closeness == Closeness::kFarther) return;
-      if (HWY_UNLIKELY(closeness == Closeness::kEqual) && !ComesFirstInLeaf(number, block_lane)) {
-        return;
-      }
-      SetHit(ray, crossings.key[lane],
-             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
-             leaf_.bits());
     }
   }
 

@@ -21,11 +21,12 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// Some rays with the triangles that they hit, a lane each.
-class FinishedHits {
+template <class Tag>
+class FinishedHitsOf {
  public:
-  FinishedHits(const TraceTask& task) : task_(task) {}
+  explicit FinishedHitsOf(const TraceTask& task) : task_(task) {}
 
-  static constexpr size_t kMost = kPartLanes;
+  static constexpr size_t kMost = hn::MaxLanes(Tag());
 
   /// Asks for the memory of the leaf that a ray hits; the record may be scrap.
   HWY_INLINE void Prefetch(const RayRecord& ray) const {
@@ -41,30 +42,14 @@ class FinishedHits {
     const RayRecord& ray = task_.rays[number];
     const ChildWord leaf(ray.hit);
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
-    alignas(64) std::byte blocks[kMostLeafBytes];
-    const LeafBlock* block = reinterpret_cast<const LeafBlock*>(blocks);
     if (HWY_LIKELY(leaf.IsBlock())) {
-      block = reinterpret_cast<const LeafBlock*>(
-          task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
-    } else {
-      MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes, blocks);
+      const std::byte* const block =
+          task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
+      return Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(block));
     }
-    // Facets that do not move stand in one block of a leaf.
-    while (block->kind != LeafKind::kFacets || block->is_timed) block = block->Next();
-    const float* const vertices = block->vertex_data();
-    for (size_t corner = 0; corner < 3; ++corner) {
-      const float* const vertex = vertices + block->indices()[corner * kLeafLanes + block_lane];
-      for (size_t axis = 0; axis < 3; ++axis) {
-        corner_[corner][axis][count_] = vertex[axis * block->vertices];
-      }
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      org_[axis][count_] = ray.org[axis];
-      dir_[axis][count_] = ray.dir[axis];
-    }
-    names_[count_] = NameOfLane(task_, *block, block_lane);
-    is_second_[count_] = block->second >> block_lane & 1;
-    numbers_[count_++] = number;
+    alignas(64) std::byte blocks[kMostLeafBytes];
+    MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes, blocks);
+    Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(blocks));
   }
 
   size_t count() const { return count_; }
@@ -75,17 +60,17 @@ class FinishedHits {
   template <class Take>
   HWY_INLINE void Finish(const Take& take) {
     for (size_t i = count_; i < kMost; ++i) CopyLane(0, i);
-    TestRaysOf<EightPart> rays;
-    EightPart v[3][3];
+    TestRaysOf<Vec> rays;
+    Vec v[3][3];
     for (int axis = 0; axis < 3; ++axis) {
-      rays.org[axis] = hn::Load(kEightTag, org_[axis]);
-      rays.dir[axis] = hn::Load(kEightTag, dir_[axis]);
+      rays.org[axis] = hn::Load(Tag(), org_[axis]);
+      rays.dir[axis] = hn::Load(Tag(), dir_[axis]);
       for (int corner = 0; corner < 3; ++corner) {
-        v[corner][axis] = hn::Load(kEightTag, corner_[corner][axis]);
+        v[corner][axis] = hn::Load(Tag(), corner_[corner][axis]);
       }
     }
     const auto triangles = TrianglesOf(v[0], v[1], v[2]);
-    EightPart t, u, w;
+    Vec t, u, w;
     if (task_.scene.meshes.shapes().robust()) {
       const auto terms = TestRobustly(rays, triangles, v[1], v[2]);
       t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
@@ -97,13 +82,13 @@ class FinishedHits {
       u = hn::Div(terms.u, terms.den);
       w = hn::Div(terms.v, terms.den);
     }
-    const EightPart one = hn::Set(kEightTag, 1.0f);
+    const Vec one = hn::Set(Tag(), 1.0f);
     HWY_ALIGN float out[6][kMost];
-    hn::Store(t, kEightTag, out[0]);
-    hn::Store(hn::Min(u, one), kEightTag, out[1]);
-    hn::Store(hn::Min(w, one), kEightTag, out[2]);
+    hn::Store(t, Tag(), out[0]);
+    hn::Store(hn::Min(u, one), Tag(), out[1]);
+    hn::Store(hn::Min(w, one), Tag(), out[2]);
     for (int axis = 0; axis < 3; ++axis) {
-      hn::Store(triangles.ng[axis], kEightTag, out[3 + axis]);
+      hn::Store(triangles.ng[axis], Tag(), out[3 + axis]);
     }
     for (size_t i = 0; i < count_; ++i) {
       const MeshTable::Name name = names_[i];
@@ -128,6 +113,30 @@ class FinishedHits {
   }
 
  private:
+  using Vec = hn::Vec<Tag>;
+
+  HWY_INLINE void Add(RayNumber number, const RayRecord& ray, size_t block_lane,
+                      const LeafBlock* block) {
+    // Facets that do not move stand in one block of a leaf.
+    while (HWY_UNLIKELY(block->kind != LeafKind::kFacets || block->is_timed)) {
+      block = block->Next();
+    }
+    const float* const vertices = block->vertex_data();
+    for (size_t corner = 0; corner < 3; ++corner) {
+      const float* const vertex = vertices + block->indices()[corner * kLeafLanes + block_lane];
+      for (size_t axis = 0; axis < 3; ++axis) {
+        corner_[corner][axis][count_] = vertex[axis * block->vertices];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      org_[axis][count_] = ray.org[axis];
+      dir_[axis][count_] = ray.dir[axis];
+    }
+    names_[count_] = NameOfLane(task_, *block, block_lane);
+    is_second_[count_] = block->second >> block_lane & 1;
+    numbers_[count_++] = number;
+  }
+
   void CopyLane(size_t from, size_t to) {
     for (int axis = 0; axis < 3; ++axis) {
       org_[axis][to] = org_[axis][from];
@@ -146,9 +155,11 @@ class FinishedHits {
   size_t count_ = 0;
 };
 
+using FinishedHits = FinishedHitsOf<EightTag>;
+
 /// The hit of one ray.
 inline FullHit FinishHit(const TraceTask& task, RayNumber number, uint32_t& mesh) {
-  FinishedHits hits(task);
+  FinishedHitsOf<hn::CappedTag<float, 1>> hits(task);
   hits.Add(number);
   FullHit finished;
   mesh = hits.mesh(0);

@@ -10,6 +10,12 @@ namespace dacrt::policy {
 /// Rays up to which each of a list goes its own way.
 inline constexpr std::size_t kFewRays = 2;
 
+/// Groups that are looked at to see whether rays run close together, and how far their directions
+/// may differ, relative to the longest component, and their origins, relative to the scene.
+inline constexpr std::size_t kCoherenceLooks = 16;
+inline constexpr float kNarrowDirections = 0.1f;
+inline constexpr float kNarrowOrigins = 0.02f;
+
 /// Rays of a list that are asked for the order of a node's children.
 inline constexpr std::size_t kSampleRays = 4;
 

@@ -135,9 +135,9 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   RayRecord instance_ray;
   FullHit instance_hit;
   uint32_t caller;
-  RayView view;
+  std::optional<RayView> view;  // for callbacks
   if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
-  const CallFrame frame{&view, 0, options, packet.instance_value};
+  const CallFrame frame{view ? &*view : nullptr, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
   const TraceTask task{scene,
                        scene.partition(),

@@ -1,0 +1,394 @@
+// A group of up to 16 neighbouring rays in the lanes of vectors, each still looking or not by a lane
+// mask: for rays that run close together, which enter the same children.
+//
+// Wald, Slusallek, Benthin, Wagner, "Interactive rendering with coherent ray tracing", Eurographics
+// 2001; intervals over a group that leave out children for all of its rays at once: Reshetov,
+// Soupikov, Hurley, "Multi-level ray tracing algorithm", SIGGRAPH 2005.
+
+#if defined(DACRT_TRACE_TRACE_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_TRACE_GROUP_INL_H_
+#undef DACRT_TRACE_TRACE_GROUP_INL_H_
+#else
+#define DACRT_TRACE_TRACE_GROUP_INL_H_
+#endif
+
+#include <algorithm>
+#include <limits>
+
+#include "trace/trace_one-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+constexpr size_t kGroupRays = 16;
+/// Vectors that hold a group.
+constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
+
+/// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
+/// one.
+struct GroupLanes {
+  HWY_ALIGN float org[3][kGroupRays];
+  HWY_ALIGN float reciprocal[3][kGroupRays];
+  HWY_ALIGN float dir[3][kGroupRays];
+  HWY_ALIGN float start[kGroupRays];
+  HWY_ALIGN float tnear[kGroupRays];
+  HWY_ALIGN float tfar[kGroupRays];
+  HWY_ALIGN uint32_t state[kGroupRays];
+  HWY_ALIGN uint32_t hit[kGroupRays];
+
+  void Load(size_t lane, const RayRecord& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis][lane] = ray.org[axis];
+      reciprocal[axis][lane] = ray.reciprocal[axis];
+      dir[axis][lane] = ray.dir[axis];
+    }
+    start[lane] = ray.start;
+    tnear[lane] = ray.tnear;
+    LoadHit(lane, ray);
+  }
+  void LoadHit(size_t lane, const RayRecord& ray) {
+    tfar[lane] = ray.tfar;
+    state[lane] = ray.state;
+    hit[lane] = ray.hit;
+  }
+  void StoreHit(size_t lane, RayRecord& ray) const {
+    ray.tfar = tfar[lane];
+    ray.state = state[lane];
+    ray.hit = hit[lane];
+  }
+
+  HWY_INLINE void LoadPart(size_t part, V* o, V* r) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      o[axis] = hn::Load(kFloat, org[axis] + part * Lanes());
+      r[axis] = hn::Load(kFloat, reciprocal[axis] + part * Lanes());
+    }
+  }
+};
+
+/// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and
+/// the largest origin and length of the reciprocal, with their sign.
+struct GroupInterval {
+  EightPart org_for_near[3], org_for_far[3];  ///< of which the distance is least, and largest
+  EightPart least[3], most[3];                ///< of the reciprocals, signed
+  EightPart start;
+
+  HWY_INLINE GroupInterval(const GroupLanes& lanes, uint32_t octant) {
+    const auto bound = [&](const float* values, float& low, float& high) HWY_ATTR {
+      V v_low = hn::Load(kFloat, values), v_high = v_low;
+      for (size_t part = 1; part < kGroupParts; ++part) {
+        const V v = hn::Load(kFloat, values + part * Lanes());
+        v_low = hn::Min(v_low, v);
+        v_high = hn::Max(v_high, v);
+      }
+      low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
+      high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
+    };
+    float low, high;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool negative = (octant >> axis) & 1;
+      bound(lanes.org[axis], low, high);
+      org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
+      org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
+      bound(lanes.reciprocal[axis], low, high);
+      least[axis] = hn::Set(kEightTag, low);
+      most[axis] = hn::Set(kEightTag, high);
+    }
+    bound(lanes.start, low, high);
+    start = hn::Set(kEightTag, low);
+  }
+
+  /// The children that a ray of the group may enter, a bit each; entry[i] is not above where any of
+  /// them does.
+  HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, float tfar, float* entry) const {
+    uint32_t entered = 0;
+    for (size_t part = 0; part < kParts; ++part) {
+      EightPart near = start, far = hn::Set(kEightTag, tfar);
+      for (int axis = 0; axis < 3; ++axis) {
+        const EightPart to_near = hn::Sub(planes.near[part][axis], org_for_near[axis]);
+        const EightPart to_far = hn::Sub(planes.far[part][axis], org_for_far[axis]);
+        near = hn::Max(near, hn::Mul(hn::Min(hn::Mul(to_near, least[axis]),
+                                             hn::Mul(to_near, most[axis])),
+                                     hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
+        far = hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]),
+                                           hn::Mul(to_far, most[axis])),
+                                   hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
+      }
+      entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far))) << (part * kPartLanes);
+      hn::Store(near, kEightTag, entry + part * kPartLanes);
+    }
+    return entered;
+  }
+};
+
+/// The triangles of a leaf, to be broadcast one after the other.
+struct BroadcastTriangles {
+  HWY_ALIGN float v0[3][kLeafLanes], e1[3][kLeafLanes], e2[3][kLeafLanes], ng[3][kLeafLanes];
+  HWY_ALIGN float lower[3][kLeafLanes], upper[3][kLeafLanes];
+
+  HWY_INLINE explicit BroadcastTriangles(const LeafBlock& block) {
+    for (size_t part = 0; part < kParts; ++part) {
+      const CornerLanes corners = DecodeCorners(block, part);
+      const auto triangles = TrianglesOf(corners.v0, corners.v1, corners.v2);
+      const auto box = OwnBox(corners.v0, corners.v1, corners.v2);
+      const size_t first = part * kPartLanes;
+      for (int axis = 0; axis < 3; ++axis) {
+        hn::Store(triangles.v0[axis], kEightTag, v0[axis] + first);
+        hn::Store(triangles.e1[axis], kEightTag, e1[axis] + first);
+        hn::Store(triangles.e2[axis], kEightTag, e2[axis] + first);
+        hn::Store(triangles.ng[axis], kEightTag, ng[axis] + first);
+        hn::Store(box.lower[axis], kEightTag, lower[axis] + first);
+        hn::Store(box.upper[axis], kEightTag, upper[axis] + first);
+      }
+    }
+  }
+
+  HWY_INLINE TestTriangles Get(size_t i) const {
+    TestTriangles triangle;
+    for (int axis = 0; axis < 3; ++axis) {
+      triangle.v0[axis] = hn::Set(kFloat, v0[axis][i]);
+      triangle.e1[axis] = hn::Set(kFloat, e1[axis][i]);
+      triangle.e2[axis] = hn::Set(kFloat, e2[axis][i]);
+      triangle.ng[axis] = hn::Set(kFloat, ng[axis][i]);
+    }
+    return triangle;
+  }
+  HWY_INLINE WideBox Box(size_t i) const {
+    WideBox box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = hn::Set(kFloat, lower[axis][i]);
+      box.upper[axis] = hn::Set(kFloat, upper[axis][i]);
+    }
+    return box;
+  }
+};
+
+template <Query kQuery>
+class GroupTracer {
+ public:
+  explicit GroupTracer(const TraceTask& task)
+      : task_(task),
+        tests_in_lanes_(task.keeps_leaf_hits && !task.checks_masks &&
+                        !task.scene.meshes.shapes().robust()) {}
+
+  /// The rays `numbers[0]` to `numbers[count - 1]`, at most kGroupRays, which run in one octant.
+  void Trace(ChildWord root, uint32_t octant, const RayNumber* numbers, size_t count,
+             ListMemory memory) {
+    numbers_ = numbers;
+    for (size_t lane = 0; lane < kGroupRays; ++lane) {
+      lanes_.Load(lane, task_.rays[numbers[lane < count ? lane : 0]]);
+    }
+    Walk(root, octant, (1u << count) - 1, memory);
+    for (size_t lane = 0; lane < count; ++lane) lanes_.StoreHit(lane, task_.rays[numbers[lane]]);
+  }
+
+ private:
+  /// What the group has still to look at, the nearest last.
+  struct Open {
+    float distance;  ///< not above where any ray enters it
+    uint32_t word;
+    uint32_t lanes;
+  };
+  static constexpr size_t kMostOpen = 256;
+
+  void Walk(ChildWord child, uint32_t octant, uint32_t active, ListMemory memory) {
+    const PlaneOffsets offsets(octant);
+    const GroupInterval interval(lanes_, octant);
+    Open open[kMostOpen];
+    size_t count = 0;
+    for (;;) {
+      if (hwy::PopCount(active) <= policy::kFewRays ||
+          HWY_UNLIKELY(child.IsSubset() || count + WideNode::kWidth > kMostOpen)) {
+        ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
+      } else if (child.IsLeaf()) {
+        TestGroup(child, active, memory);
+      } else {
+        const size_t bottom = count;
+        VisitNode(task_.partition.nodes[child.number()], offsets, interval, active, open, count);
+        Sort(open, bottom, count);
+      }
+      do {
+        if (count == 0) return;
+        --count;
+        active = LanesWithin(open[count].lanes, open[count].distance);
+      } while (active == 0);
+      child = ChildWord(open[count].word);
+    }
+  }
+
+  static HWY_INLINE void Sort(Open* open, size_t bottom, size_t count) {
+    for (size_t i = bottom + 1; i < count; ++i) {
+      const Open next = open[i];
+      size_t place = i;
+      for (; place > bottom && open[place - 1].distance < next.distance; --place) {
+        open[place] = open[place - 1];
+      }
+      open[place] = next;
+    }
+  }
+
+  /// Those of some lanes that have no hit closer than `distance`.
+  HWY_INLINE uint32_t LanesWithin(uint32_t lanes, float distance) const {
+    uint64_t within = 0;
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
+      within |= Bits(hn::Ge(tfar, hn::Set(kFloat, distance))) << (part * Lanes());
+    }
+    return lanes & static_cast<uint32_t>(within);
+  }
+
+  HWY_INLINE float LargestTFar() const {
+    V largest = hn::Load(kFloat, lanes_.tfar);
+    for (size_t part = 1; part < kGroupParts; ++part) {
+      largest = hn::Max(largest, hn::Load(kFloat, lanes_.tfar + part * Lanes()));
+    }
+    return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
+  }
+
+  HWY_INLINE void VisitNode(WideNode& node, const PlaneOffsets& offsets,
+                            const GroupInterval& interval, uint32_t active, Open* open,
+                            size_t& count) {
+    if (HWY_UNLIKELY(node.HasBareLeaves())) GiveLeavesGeometry(task_, node);
+    HWY_ALIGN float entry[WideNode::kWidth];
+    HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
+    const ChildPlanes planes(node, offsets);
+    const uint32_t entered =
+        interval.EnterChildren(planes, LargestTFar(), entry) & node.UsedChildren();
+    if (entered == 0) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (size_t part = 0; part < kParts; ++part) {
+        hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);
+        hn::Store(planes.far[part][axis], kEightTag, far[axis] + part * kPartLanes);
+      }
+    }
+    ForEachLane(entered, [&](size_t i) HWY_ATTR {
+      uint64_t lanes = 0;
+      V near_planes[3], far_planes[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        near_planes[axis] = hn::Set(kFloat, near[axis][i]);
+        far_planes[axis] = hn::Set(kFloat, far[axis][i]);
+      }
+      for (size_t part = 0; part < kGroupParts; ++part) {
+        V org[3], reciprocal[3];
+        lanes_.LoadPart(part, org, reciprocal);
+        const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
+        const V start = hn::Load(kFloat, lanes_.start + part * Lanes());
+        const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
+        lanes |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
+                 << (part * Lanes());
+      }
+      lanes &= active;
+      if (lanes == 0) return;
+      PrefetchChild(task_.partition, node.Child(i));
+      open[count++] = {entry[i], node.Child(i).bits(), static_cast<uint32_t>(lanes)};
+    });
+  }
+
+  void TraceAlone(ChildWord child, size_t lane, ListMemory memory) {
+    RayRecord& ray = task_.rays[numbers_[lane]];
+    lanes_.StoreHit(lane, ray);
+    OneTracer<kQuery>(task_).Trace(child, numbers_[lane], memory);
+    lanes_.LoadHit(lane, ray);
+  }
+
+  void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory) {
+    const LeafBlock* const block =
+        leaf.IsBlock() ? reinterpret_cast<const LeafBlock*>(
+                             task_.partition.leaves +
+                             size_t{leaf.block()} * KeptPartition::kLeafUnit)
+                       : nullptr;
+    if (HWY_LIKELY(tests_in_lanes_ && block && block->kind == LeafKind::kFacets &&
+                   !block->is_timed && block->is_last)) {
+      return TestInLanes(leaf, *block, active);
+    }
+    RayNumber list[kGroupRays];
+    size_t count = 0;
+    ForEachLane(active, [&](size_t lane) {
+      lanes_.StoreHit(lane, task_.rays[numbers_[lane]]);
+      list[count++] = numbers_[lane];
+    });
+    TestLeaf<kQuery>(task_, leaf, list, count, memory);
+    ForEachLane(active, [&](size_t lane) { lanes_.LoadHit(lane, task_.rays[numbers_[lane]]); });
+  }
+
+  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active) {
+    const BroadcastTriangles triangles(block);
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      const size_t first = part * Lanes();
+      uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
+      if (lanes == 0) continue;
+      TestRays rays;
+      lanes_.LoadPart(part, rays.org, rays.reciprocal);
+      for (int axis = 0; axis < 3; ++axis) {
+        rays.dir[axis] = hn::Load(kFloat, lanes_.dir[axis] + first);
+      }
+      rays.tnear = hn::Load(kFloat, lanes_.tnear + first);
+      rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+      for (size_t i = 0; i < block.lanes; ++i) {
+        const TestTriangles triangle = triangles.Get(i);
+        const auto terms = EdgeTerms(rays.org, rays.dir, triangle);
+        M meet = hn::And(PassesInside(terms), MaskOf(lanes));
+        if (HWY_LIKELY(hn::AllFalse(kFloat, meet))) continue;
+        const V t = DepthTerm(triangle, terms);
+        meet = hn::And(meet, MeetsInDepth(rays, t, terms.den));
+        if (hn::AllFalse(kFloat, meet)) continue;
+        const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
+        meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
+        if (hn::AllFalse(kFloat, meet)) continue;
+        TakeLanes(leaf, block, i, first, rays, meet, t, terms.den, interval.entry, lanes);
+        if (kQuery == Query::kAny && lanes == 0) break;
+      }
+    }
+  }
+
+  HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
+                            TestRays& rays, M meet, V t, V den, V entry, uint32_t& lanes) {
+    const M within = IsWithinLimit(rays, t, den);
+    if constexpr (kQuery == Query::kAny) {
+      meet = hn::And(meet, within);
+      rays.tfar = hn::IfThenElse(
+          meet, hn::Set(kFloat, -std::numeric_limits<float>::infinity()), rays.tfar);
+      hn::Store(rays.tfar, kFloat, lanes_.tfar + first);
+      lanes &= ~static_cast<uint32_t>(Bits(meet));
+      return;
+    }
+    const V key = hn::Max(hn::Div(t, den), entry);
+    const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
+    const auto state = hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf |
+                                          static_cast<uint32_t>(i << RayRecord::kLaneShift));
+    const auto closer_too = hn::RebindMask(kUint, closer);
+    hn::Store(hn::IfThenElse(closer_too, state, hn::Load(kUint, lanes_.state + first)), kUint,
+              lanes_.state + first);
+    hn::Store(hn::IfThenElse(closer_too, hn::Set(kUint, leaf.bits()),
+                             hn::Load(kUint, lanes_.hit + first)),
+              kUint, lanes_.hit + first);
+    hn::Store(hn::IfThenElse(closer, key, rays.tfar), kFloat, lanes_.tfar + first);
+    // Hits as far away as what the ray has, or at the end of the ray: names decide.
+    const uint64_t equal = Bits(hn::AndNot(closer, meet));
+    if (HWY_UNLIKELY(equal != 0)) {
+      HWY_ALIGN float keys[kMaxLanes];
+      hn::Store(key, kFloat, keys);
+      const uint64_t limits = Bits(within);
+      ForEachLane(equal, [&](size_t lane) {
+        const RayNumber number = numbers_[first + lane];
+        RayRecord& ray = task_.rays[number];
+        lanes_.StoreHit(first + lane, ray);
+        FacetTest<kQuery, false>(task_, leaf, block)
+            .TakeInLeaf(number, keys[lane], (limits >> lane) & 1, i);
+        lanes_.LoadHit(first + lane, ray);
+      });
+    }
+    rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+  }
+
+  const TraceTask& task_;
+  const bool tests_in_lanes_;
+  const RayNumber* numbers_ = nullptr;
+  GroupLanes lanes_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_TRACE_GROUP_INL_H_
