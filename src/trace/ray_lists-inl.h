@@ -20,9 +20,6 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Eight numbers in a vector.
-using NumberTag = hn::FixedTag<RayNumber, 8>;
-
 /// How to move the numbers whose bits are set to the front of a vector: bytes for each of the 256
 /// sets. (Highway's Compress for 16-bit lanes, in the version of Debian 12, copies its table to the
 /// stack whenever it is called.)
@@ -45,9 +42,15 @@ inline constexpr CompressTable kCompressTable;
 /// The numbers of `list` whose mask has the bit `child`, in order. Returns how many there are.
 HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* HWY_RESTRICT masks,
                              size_t count, size_t child, RayNumber* HWY_RESTRICT out) {
-  const NumberTag d;
-  const hn::Repartition<uint8_t, NumberTag> d8;
   size_t filtered = 0;
+#if HWY_TARGET == HWY_SCALAR
+  for (size_t i = 0; i < count; ++i) {
+    out[filtered] = list[i];
+    filtered += masks[i] >> child & 1;
+  }
+#else
+  const hn::FixedTag<RayNumber, 8> d;  // eight numbers in a vector
+  const hn::Repartition<uint8_t, decltype(d)> d8;
   for (size_t i = 0; i < count; i += 8) {
     uint64_t bytes;
     memcpy(&bytes, masks + i, sizeof(bytes));
@@ -59,6 +62,7 @@ HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* 
     hn::StoreU(hn::BitCast(d, moved), d, out + filtered);
     filtered += hwy::PopCount(bits);
   }
+#endif
   return filtered;
 }
 
