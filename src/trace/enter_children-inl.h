@@ -55,6 +55,7 @@ HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {
     target = reinterpret_cast<const std::byte*>(partition.nodes + child.number());
   } else if (child.IsBlock()) {
     target = partition.leaves + size_t{child.block()} * KeptPartition::kLeafUnit;
+    hwy::Prefetch(target + 128);
   } else {
     return;
   }

@@ -24,7 +24,7 @@ HWY_INLINE void OrderChildren(const ChildPlanes& planes, const RayRecord* rays,
   HWY_ALIGN float keys[WideNode::kWidth];
   EightPart sum[kParts];
   for (size_t part = 0; part < kParts; ++part) sum[part] = hn::Zero(kEightTag);
-  const size_t samples = HWY_MIN(count, policy::kSampleRays);
+  const size_t samples = policy::SampleRays(count);
   for (size_t sample = 0; sample < samples; ++sample) {
     const RayRecord& ray = rays[list[sample * (count - 1) / HWY_MAX(samples - 1, size_t{1})]];
     const SlabRay slab_ray(ray);

@@ -8,7 +8,7 @@
 namespace dacrt::policy {
 
 /// Rays up to which each of a list goes its own way.
-inline constexpr std::size_t kFewRays = 2;
+inline constexpr std::size_t kFewRays = 3;
 
 /// Groups that are looked at to see whether rays run close together, and how far their directions
 /// may differ, relative to the longest component, and their origins, relative to the scene.
@@ -16,8 +16,9 @@ inline constexpr std::size_t kCoherenceLooks = 16;
 inline constexpr float kNarrowDirections = 0.1f;
 inline constexpr float kNarrowOrigins = 0.02f;
 
-/// Rays of a list that are asked for the order of a node's children.
-inline constexpr std::size_t kSampleRays = 4;
+/// Rays of a list of `rays` that are asked for the order of a node's children: the order costs a
+/// short list as much as the test of its rays.
+constexpr std::size_t SampleRays(std::size_t rays) { return rays < 8 ? 1 : rays < 64 ? 2 : 4; }
 
 /// Rays ahead of which the next ones are fetched.
 inline constexpr std::size_t kFetchAhead = 6;
