@@ -318,19 +318,28 @@ bool Shapes::FacetIndices(uint32_t geometry, uint32_t item, uint32_t* index,
   return true;
 }
 
-bool Shapes::ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const {
-  const Geometry& g = geometries_[geometry];
+bool Shapes::ReadFacet(uint32_t geometry, uint32_t item, uint32_t step, Facet& facet) const {
+  const Array& vertices = geometries_[geometry].vertices[step];
   uint32_t index[4];
   std::size_t corners;
   if (!FacetIndices(geometry, item, index, corners)) return false;
   for (std::size_t i = 0; i < corners; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      float value = Read<float>(g.vertices[moment.step], index[i], axis);
-      if (derived_[geometry].steps > 1) {
-        value = Interpolate(value, Read<float>(g.vertices[moment.step + 1], index[i], axis),
-                            moment.fraction);
-      }
-      facet.corner[i][axis] = value;
+    std::memcpy(facet.corner[i],
+                static_cast<const char*>(vertices.data) + index[i] * vertices.stride,
+                sizeof(facet.corner[i]));
+  }
+  return true;
+}
+
+bool Shapes::ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const {
+  if (!ReadFacet(geometry, item, moment.step, facet)) return false;
+  if (!IsMoving(geometry)) return true;
+  Facet end;
+  ReadFacet(geometry, item, moment.step + 1, end);
+  for (int corner = 0; corner < 4; ++corner) {
+    for (int axis = 0; axis < 3; ++axis) {
+      facet.corner[corner][axis] = Interpolate(facet.corner[corner][axis],
+                                               end.corner[corner][axis], moment.fraction);
     }
   }
   return true;

@@ -57,6 +57,7 @@ class Shapes {
   const Geometry& operator[](uint32_t geometry) const { return geometries_[geometry]; }
   bool robust() const { return robust_; }
   std::size_t ItemCount(uint32_t geometry) const { return derived_[geometry].item_count; }
+  uint32_t StepCount(uint32_t geometry) const { return derived_[geometry].steps; }
   bool IsMoving(uint32_t geometry) const { return derived_[geometry].steps > 1; }
   const SceneParts* InstancedScene(uint32_t geometry) const { return derived_[geometry].scene; }
 
@@ -77,6 +78,8 @@ class Shapes {
 
   /// False if an index is outside the vertices.
   bool ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const;
+  /// The same at a time step.
+  bool ReadFacet(uint32_t geometry, uint32_t item, uint32_t step, Facet& facet) const;
   void ReadPoint(uint32_t geometry, uint32_t item, Moment moment, Point& point) const;
 
   GridCell CellOf(uint32_t geometry, uint32_t item) const;

@@ -17,6 +17,12 @@ class alignas(64) CallbackPacket {
   explicit CallbackPacket(const TraceTask& task)
       : task_(task), width_(task.frame.options.callback_width) {}
 
+  /// Nothing in any lane.
+  void Clear() {
+    std::memset(valid, 0, sizeof(valid));
+    std::memset(values_, 0, kPacketComponents * width_ * sizeof(uint32_t));
+  }
+
   /// Ray `ray`, which goes on to `tfar`, into a lane.
   void SetRay(std::size_t lane, RayNumber ray, float tfar);
   void SetHit(std::size_t lane, const FullHit& hit);

@@ -66,12 +66,13 @@ HWY_INLINE EightPart PickLanes(const float* table, hn::Vec<hn::RebindToSigned<Ei
 }
 #endif
 
-/// The corners of a part of a block's triangles. Lanes without one hold a triangle of no area.
-HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part) {
+/// The corners of a part of a block's triangles, of moving ones at a time step. Lanes without one
+/// hold a triangle of no area.
+HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part, size_t step = 0) {
   CornerLanes lanes;
   EightPart* const corners[3] = {lanes.v0, lanes.v1, lanes.v2};
-  const float* const vertices = block.vertex_data();
   const size_t count = block.vertices;
+  const float* const vertices = block.vertex_data() + 3 * step * count;
 #if HWY_TARGET <= HWY_AVX2
   (void)part;
   const hn::RebindToSigned<EightTag> di;
@@ -93,6 +94,23 @@ HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part) {
     }
   }
 #endif
+  return lanes;
+}
+
+/// Between two time steps, as Embree does it.
+HWY_INLINE CornerLanes Interpolate(const CornerLanes& begin, const CornerLanes& end,
+                                   float fraction) {
+  CornerLanes lanes;
+  const EightPart to_end = hn::Set(kEightTag, fraction);
+  const EightPart to_begin = hn::Set(kEightTag, 1.0f - fraction);
+  const auto between = [&](EightPart a, EightPart b) HWY_ATTR {
+    return hn::MulAdd(to_begin, a, hn::Mul(to_end, b));
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    lanes.v0[axis] = between(begin.v0[axis], end.v0[axis]);
+    lanes.v1[axis] = between(begin.v1[axis], end.v1[axis]);
+    lanes.v2[axis] = between(begin.v2[axis], end.v2[axis]);
+  }
   return lanes;
 }
 
@@ -162,6 +180,7 @@ class FacetTest {
 
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
+    if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
       const LeafTriangles triangles(DecodeCorners(block_, part));
@@ -208,6 +227,27 @@ class FacetTest {
     }
   }
 
+  void TestMoving(const RayNumber* list, size_t count) const {
+    const Shapes& shapes = task_.scene.meshes.shapes();
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const CornerLanes begin = DecodeCorners(block_, part, 0);
+      const CornerLanes end = DecodeCorners(block_, part, 1);
+      for (size_t i = 0; i < count; ++i) {
+        const std::optional<Moment> moment =
+            shapes.MomentAt(block_.geometry, task_.rays[list[i]].time);
+        if (!moment) continue;
+        const LeafTriangles triangles(Interpolate(begin, end, moment->fraction));
+        TestRay(list[i], triangles, part, nullptr);
+      }
+    }
+  }
+
+  /// Whether hits are known by leaf and lane: not where what is hit depends on the time.
+  HWY_INLINE bool KeepsLeafHits() const {
+    return task_.keeps_leaf_hits && block_.kind == LeafKind::kFacets && !block_.is_timed;
+  }
+
   HWY_INLINE void TestRay(RayNumber number, const LeafTriangles& triangles, size_t part,
                           const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
@@ -252,7 +292,7 @@ class FacetTest {
     if (lanes == 0) return 0;
     out.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
     const EightPart distance = hn::Div(t, terms.den);
-    if (HWY_LIKELY(task_.keeps_leaf_hits && !block_.is_timed)) {
+    if (HWY_LIKELY(KeepsLeafHits())) {
       hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
       return lanes;
     }
@@ -275,7 +315,7 @@ class FacetTest {
     const uint64_t lanes = Bits(kEightTag, meet);
     if (lanes == 0) return 0;
     out.within_limit = lanes;
-    if (HWY_LIKELY(task_.keeps_leaf_hits && !block_.is_timed)) {
+    if (HWY_LIKELY(KeepsLeafHits())) {
       hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
       return lanes;
     }
@@ -299,7 +339,7 @@ class FacetTest {
 
   void TakeLanes(RayNumber number, uint64_t lanes, const FacetCrossings& crossings, size_t part,
                  const TimedFacets* timed) const {
-    if (HWY_LIKELY(task_.keeps_leaf_hits && !timed)) {
+    if (HWY_LIKELY(KeepsLeafHits())) {
       ForEachLane(lanes, [&](size_t lane) {
         TakeInLeaf(number, crossings.key[lane], (crossings.within_limit >> lane) & 1,
                    part * kPartLanes + lane);

@@ -48,7 +48,8 @@ class FinishedHitsOf {
       return Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(block));
     }
     alignas(64) std::byte blocks[kMostLeafBytes];
-    MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes, blocks);
+    MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes,
+             SharedVertices::kRepeat, blocks);
     Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(blocks));
   }
 

@@ -5,7 +5,7 @@
 // the header of 16 bytes stand, by kind:
 //
 //   facets          indices of the corners, uint8_t[3][kLeafLanes], and the distinct vertices,
-//                   float[3][vertices]
+//                   float[3][vertices]; of moving ones at both time steps, float[2][3][vertices]
 //   spheres, discs  float[4][lanes]: centre and radius
 //   oriented discs  float[7][lanes]: centre, radius, normal
 //   timed, user primitives, instances   nothing: they are asked for by name
@@ -24,6 +24,7 @@ inline constexpr std::size_t kLeafLanes = 8;
 
 enum class LeafKind : uint8_t {
   kFacets,         ///< triangles, quads, cells of grids
+  kMovingFacets,   ///< of one geometry with two time steps
   kSpheres,        ///
   kDiscs,          ///
   kOrientedDiscs,  ///
@@ -50,6 +51,8 @@ struct alignas(4) LeafBlock {
     switch (kind) {
       case LeafKind::kFacets:
         return 3 * kLeafLanes + 3 * sizeof(float) * vertices;
+      case LeafKind::kMovingFacets:
+        return 3 * kLeafLanes + 6 * sizeof(float) * vertices;
       case LeafKind::kSpheres:
       case LeafKind::kDiscs:
         return 4 * sizeof(float) * lanes;
@@ -76,6 +79,6 @@ struct alignas(4) LeafBlock {
 static_assert(sizeof(LeafBlock) == 16);
 
 /// Bytes that the blocks of any leaf fit into, with what whole vectors read behind them.
-inline constexpr std::size_t kMostLeafBytes = 640;
+inline constexpr std::size_t kMostLeafBytes = 1024;
 
 }  // namespace dacrt

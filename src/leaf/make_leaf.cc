@@ -14,6 +14,7 @@ namespace {
 struct BlockKind {
   LeafKind kind;
   bool is_timed;
+  uint32_t mesh = 0;  ///< of facets between two time steps, which are there at the same times
 
   bool operator==(const BlockKind&) const = default;
 };
@@ -33,37 +34,43 @@ BlockKind KindOf(const MeshTable& meshes, uint32_t geometry) {
     case Shape::kInstance:
       return {LeafKind::kInstances, true};
     default:
+      if (shapes.StepCount(geometry) == 2) return {LeafKind::kMovingFacets, false, geometry};
       return {LeafKind::kFacets, is_timed};
   }
 }
 
-/// The distinct vertices of some facets, told apart by their bits.
+/// The vertices of some facets, at one or two time steps; where shared ones are looked for they are
+/// told apart by their bits.
 class VertexSet {
  public:
-  uint8_t Add(const float* vertex) {
-    uint32_t bits[3];
-    std::memcpy(bits, vertex, sizeof(bits));
+  explicit VertexSet(SharedVertices shared) : shared_(shared) {}
+
+  uint8_t Add(const float* begin, const float* end) {
+    float values[6] = {begin[0], begin[1], begin[2], end[0], end[1], end[2]};
+    uint32_t bits[6];
+    std::memcpy(bits, values, sizeof(bits));
     const uint64_t key = (uint64_t{bits[0]} << 32 | bits[1]) ^ std::rotl(uint64_t{bits[2]}, 17);
-    for (uint8_t i = 0; i < count_; ++i) {
-      if (keys_[i] == key && std::memcmp(vertices_[i], vertex, sizeof(bits)) == 0) return i;
+    for (uint8_t i = 0; shared_ == SharedVertices::kFind && i < count_; ++i) {
+      if (keys_[i] == key && std::memcmp(vertices_[i], values, sizeof(values)) == 0) return i;
     }
     keys_[count_] = key;
-    std::memcpy(vertices_[count_], vertex, sizeof(bits));
+    std::memcpy(vertices_[count_], values, sizeof(values));
     return count_++;
   }
 
   uint8_t count() const { return count_; }
-  /// All x, then all y, then all z.
-  void Write(float* out) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (uint8_t i = 0; i < count_; ++i) *out++ = vertices_[i][axis];
+  /// All x, then all y, then all z; then the same of the second step.
+  void Write(int steps, float* out) const {
+    for (int component = 0; component < 3 * steps; ++component) {
+      for (uint8_t i = 0; i < count_; ++i) *out++ = vertices_[i][component];
     }
   }
 
  private:
   uint64_t keys_[3 * kLeafLanes];
-  float vertices_[3 * kLeafLanes][3];
+  float vertices_[3 * kLeafLanes][6];
   uint8_t count_ = 0;
+  const SharedVertices shared_;
 };
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
@@ -73,41 +80,42 @@ struct BlockItems {
   std::size_t count = 0;
 };
 
-void WriteFacets(const MeshTable& meshes, const BlockItems& items, LeafBlock& block) {
+void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertices shared,
+                 LeafBlock& block) {
   const Shapes& shapes = meshes.shapes();
-  VertexSet vertices;
+  const int steps = block.kind == LeafKind::kMovingFacets ? 2 : 1;
+  VertexSet vertices(shared);
   uint8_t indices[3][kLeafLanes] = {};
   std::size_t lane = 0;
-  const auto place = [&](const float* v0, const float* v1, const float* v2, std::size_t item) {
-    indices[0][lane] = vertices.Add(v0);
-    indices[1][lane] = vertices.Add(v1);
-    indices[2][lane] = vertices.Add(v2);
-    block.items |= items.places[item] << (4 * lane++);
-  };
   for (std::size_t i = 0; i < items.count; ++i) {
     const MeshTable::Name name = items.names[i];
-    if (meshes.HasTriangles(name.mesh)) {
-      // One whose indices are no longer legal has no area, and nothing hits it.
-      Corners corners;
-      if (!meshes.ReadCorners(name.mesh, name.primitive, corners)) corners = {};
-      place(corners.v[0], corners.v[1], corners.v[2], i);
-      continue;
+    // One whose indices are no longer legal has no area, and nothing hits it.
+    Facet facet[2] = {};
+    for (int step = 0; step < steps; ++step) {
+      if (!shapes.ReadFacet(name.mesh, name.primitive, static_cast<uint32_t>(step), facet[step])) {
+        facet[step] = {};
+      }
     }
-    Facet facet;
-    if (!shapes.ReadFacet(name.mesh, name.primitive, Moment{}, facet)) facet = {};
-    const auto& corner = facet.corner;
+    const auto place = [&](int v0, int v1, int v2) {
+      const int corners[3] = {v0, v1, v2};
+      for (int k = 0; k < 3; ++k) {
+        indices[k][lane] =
+            vertices.Add(facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
+      }
+      block.items |= items.places[i] << (4 * lane++);
+    };
     if (shapes[name.mesh].shape == Shape::kTriangles) {
-      place(corner[0], corner[1], corner[2], i);
+      place(0, 1, 2);
       continue;
     }
-    place(corner[0], corner[1], corner[3], i);
+    place(0, 1, 3);
     block.second |= static_cast<uint8_t>(1u << lane);
-    place(corner[2], corner[3], corner[1], i);
+    place(2, 3, 1);
   }
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
   std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
-  vertices.Write(const_cast<float*>(block.vertex_data()));
+  vertices.Write(steps, const_cast<float*>(block.vertex_data()));
 }
 
 void WritePoints(const MeshTable& meshes, const BlockItems& items, LeafBlock& block) {
@@ -125,7 +133,7 @@ void WritePoints(const MeshTable& meshes, const BlockItems& items, LeafBlock& bl
 }
 
 void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems& items,
-                uint32_t first, bool is_last, LeafBlock& block) {
+                uint32_t first, bool is_last, SharedVertices shared, LeafBlock& block) {
   block = {};
   block.kind = kind.kind;
   block.is_timed = kind.is_timed;
@@ -135,7 +143,9 @@ void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems
   for (std::size_t i = 1; i < items.count; ++i) {
     if (items.names[i].mesh != block.geometry) block.geometry = LeafBlock::kSeveral;
   }
-  if (kind == BlockKind{LeafKind::kFacets, false}) return WriteFacets(meshes, items, block);
+  if (kind.kind == LeafKind::kMovingFacets || kind == BlockKind{LeafKind::kFacets, false}) {
+    return WriteFacets(meshes, items, shared, block);
+  }
   block.lanes = static_cast<uint8_t>(items.count);
   for (std::size_t i = 0; i < items.count; ++i) block.items |= items.places[i] << (4 * i);
   if (!kind.is_timed) WritePoints(meshes, items, block);
@@ -143,13 +153,17 @@ void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems
 
 }  // namespace
 
-std::size_t MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first,
-                     std::size_t most, std::byte* blocks) {
+MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
+                  SharedVertices shared, std::byte* blocks) {
   MeshTable::Name names[kLeafLanes];
-  std::size_t count = 0;
-  for (bool is_last = false; !is_last && count < most; ++count) {
+  std::size_t count = 0, lanes = 0;
+  bool is_last = false;
+  while (!is_last && count < most) {
     const uint32_t entry = order[first + count];
-    names[count] = meshes.Locate(KeptOrder::NumberOf(entry));
+    const MeshTable::Name name = meshes.Locate(KeptOrder::NumberOf(entry));
+    lanes += meshes.LanesOf(name.mesh);
+    if (count > 0 && lanes > kLeafLanes) break;
+    names[count++] = name;
     is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
   }
   std::size_t bytes = 0;
@@ -163,10 +177,10 @@ std::size_t MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t fi
       items.places[items.count++] = static_cast<uint32_t>(i);
     }
     auto& block = *reinterpret_cast<LeafBlock*>(blocks + bytes);
-    WriteBlock(meshes, kind, items, first, left == 0, block);
+    WriteBlock(meshes, kind, items, first, left == 0, shared, block);
     bytes += block.Bytes();
   }
-  return bytes;
+  return {bytes, count, is_last};
 }
 
 }  // namespace dacrt

@@ -8,10 +8,19 @@
 
 namespace dacrt {
 
-/// Writes the blocks (see leaf_block.h) of the leaf whose first item stands in order[first], up to
-/// the one that is marked as the last, or up to `most` items, to `blocks`, which has room for
-/// kMostLeafBytes and is aligned as a block. Returns how many bytes they take.
-std::size_t MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first,
-                     std::size_t most, std::byte* blocks);
+struct MadeLeaf {
+  std::size_t bytes;
+  std::size_t items;
+  bool is_whole;  ///< the last item is marked as that of the leaf
+};
+
+/// Whether vertices that facets share are looked for: worth it for leaves that are kept.
+enum class SharedVertices { kFind, kRepeat };
+
+/// Writes the blocks (see leaf_block.h) of the items from order[first] on, up to the last one of the
+/// leaf, or until kLeafLanes lanes are full, or `most` items, to `blocks`, which has room for
+/// kMostLeafBytes and is aligned as a block.
+MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
+                  SharedVertices shared, std::byte* blocks);
 
 }  // namespace dacrt

@@ -23,12 +23,10 @@ bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, Ra
   const uint32_t width = task.frame.options.callback_width;
   // The lane that the ray has in a packet of the caller's, where there are packets.
   const std::size_t lane = task.CallerOf(ray) % width;
-  for (std::size_t i = 0; i < width; ++i) {
-    // The others hold the same, rather than nothing.
-    packet.SetRay(i, ray, hit.t);
-    packet.SetHit(i, hit);
-    packet.valid[i] = i == lane ? -1 : 0;
-  }
+  packet.Clear();
+  packet.SetRay(lane, ray, hit.t);
+  packet.SetHit(lane, hit);
+  packet.valid[lane] = -1;
   filter(packet.Arguments(query, mesh, hit.primitive_id));
   if (packet.valid[lane] == 0) return false;
   hit = packet.GetHit(lane);

@@ -68,7 +68,7 @@ template <Query kQuery>
 HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBlock* block,
                            const RayNumber* list, size_t count, ListMemory memory) {
   for (;; block = block->Next()) {
-    if (HWY_UNLIKELY(block->kind != LeafKind::kFacets)) {
+    if (HWY_UNLIKELY(block->kind > LeafKind::kMovingFacets)) {
       TestOddBlock<kQuery>(task, *block, list, count, memory);
     } else if (HWY_UNLIKELY(task.scene.meshes.shapes().robust())) {
       FacetTest<kQuery, true>(task, leaf, *block).Test(list, count);
@@ -85,16 +85,22 @@ template <Query kQuery>
 HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
                             const RayNumber* list, size_t count, ListMemory memory) {
   alignas(64) std::byte blocks[kMostLeafBytes];
-  MakeLeaf(task.scene.meshes, task.partition.order, first, most, blocks);
-  TestBlocks<kQuery>(task, ChildWord::Range(first), reinterpret_cast<const LeafBlock*>(blocks),
-                     list, count, memory);
+  for (size_t done = 0; done < most;) {
+    const auto place = static_cast<uint32_t>(first + done);
+    const MadeLeaf made = MakeLeaf(task.scene.meshes, task.partition.order, place,
+                                   HWY_MIN(kLeafLanes, most - done), SharedVertices::kRepeat, blocks);
+    TestBlocks<kQuery>(task, ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks),
+                       list, count, memory);
+    if (made.is_whole) return;
+    done += made.items;
+  }
 }
 
 template <Query kQuery>
 HWY_INLINE void TestLeaf(const TraceTask& task, ChildWord leaf, const RayNumber* list, size_t count,
                          ListMemory memory) {
   if (HWY_UNLIKELY(leaf.IsRange())) {
-    return TestRange<kQuery>(task, leaf.range(), kLeafLanes, list, count, memory);
+    return TestRange<kQuery>(task, leaf.range(), SIZE_MAX, list, count, memory);
   }
   const auto* const block = reinterpret_cast<const LeafBlock*>(
       task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);

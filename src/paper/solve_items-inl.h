@@ -63,7 +63,6 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
   task.statistics.direct_rays += rays.count;
   task.statistics.triangle_tests += rays.count * triangles.count();
   const MeshTable& meshes = task.scene.meshes;
-  const size_t most = meshes.all_fill_one_lane() ? kLeafLanes : kLeafLanes / 2;
   StackMemory<kItemRays> memory;
   SplitMemory split_memory(task.scratch.subset);
   uint32_t order[kLeafLanes];
@@ -82,8 +81,8 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
       memory.numbers[i] = task.batch.index[first + i];
       list[i] = static_cast<RayNumber>(i);
     }
-    for (size_t begin = triangles.begin; begin < triangles.end; begin += most) {
-      const size_t items = std::min(most, triangles.end - begin);
+    for (size_t begin = triangles.begin; begin < triangles.end; begin += kLeafLanes) {
+      const size_t items = std::min(kLeafLanes, triangles.end - begin);
       for (size_t i = 0; i < items; ++i) {
         const TriangleRef& ref = task.refs[begin + i];
         order[i] = meshes.Number(ref.mesh, ref.primitive);

@@ -14,6 +14,9 @@ std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 128; }
 /// to take.
 std::size_t NodesFor(std::size_t triangles) { return 16 + triangles / 28; }
 
+/// What leaves with their geometry were measured to take at least, a triangle.
+constexpr std::size_t kLeafBytes = 20;
+
 constexpr std::size_t RoundUp(std::size_t bytes, std::size_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }
@@ -49,6 +52,8 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
+  // Half of the leaves at least should find room.
+  if (leaf_units_ * kLeafUnit < kLeafBytes / 2 * most) leaf_lanes_ = 2 * kLeafLanes;
 
   List(list, tasks);
   subset_count_ = 1;

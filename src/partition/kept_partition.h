@@ -17,6 +17,7 @@
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
+#include "leaf/leaf_block.h"
 #include "runtime/pages.h"
 #include "runtime/tasks.h"
 
@@ -103,6 +104,10 @@ class KeptPartition {
   bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
 
+  /// Lanes of a leaf. Where leaves are not to carry their geometry there are half as many of them:
+  /// gathering is what they cost then, and nodes take half of the room.
+  std::size_t leaf_lanes() const { return leaf_lanes_; }
+
   /// Whether there may be room for leaf blocks.
   bool HasLeafRoom() const { return leaf_room_.load(std::memory_order_relaxed); }
 
@@ -131,6 +136,7 @@ class KeptPartition {
   std::size_t room_units_ = 0;  ///< for nodes and leaves, in units of leaves
   std::size_t leaf_units_ = 0;  ///< for leaves at most: nodes come first
   std::atomic<bool> leaf_room_{false};
+  std::size_t leaf_lanes_ = kLeafLanes;
   std::atomic<std::size_t> subset_count_{0};
 };
 

@@ -32,28 +32,30 @@ inline TriangleRange ReferTriangles(const MeshTable& meshes, std::span<const uin
 
 /// Leaves with a few triangles.
 struct TriangleLeaves {
-  size_t most() const { return kLeafLanes; }
+  size_t most() const { return lanes; }
   /// With leaves three quarters full.
-  size_t most_of_node() const { return WideNode::kWidth * kLeafLanes * 3 / 4; }
+  size_t most_of_node() const { return WideNode::kWidth * lanes * 3 / 4; }
   bool IsLeaf(const WeighedRange& child) const {
-    return child.weight <= kLeafLanes || child.range.count() == 1;
+    return child.weight <= lanes || child.range.count() == 1;
   }
   ChildWord Child(const WeighedRange& child) {
     is_last[child.range.end - 1] = true;
     return ChildWord::Range(static_cast<uint32_t>(first + child.range.begin));
   }
 
+  size_t lanes;    ///< of a leaf
   uint32_t first;  ///< place of the first triangle in the order
   bool* is_last;   ///< of its leaf, for each triangle
 };
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
-/// scratch.nodes, and orders them anew. Returns the number of nodes, 0 if they have no room.
-inline size_t SplitTriangles(const MeshTable& meshes, uint32_t first, std::span<uint32_t> order,
-                             SubsetScratch& scratch) {
+/// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
+/// nodes, 0 if they have no room.
+inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_t first,
+                             std::span<uint32_t> order, SubsetScratch& scratch) {
   const TriangleRange range = ReferTriangles(meshes, order, scratch);
   std::fill_n(scratch.is_last, order.size(), false);
-  TriangleLeaves leaves{first, scratch.is_last};
+  TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
   const std::span<WideNode> nodes(scratch.nodes);
   size_t count;
   if (meshes.all_fill_one_lane()) {
@@ -102,7 +104,8 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, const Subset& subset,
   uint32_t* const order = scratch.order;
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   std::copy(triangles.begin(), triangles.end(), order);
-  const size_t count = SplitTriangles(kept.meshes(), subset.begin, {order, subset.count}, scratch);
+  const size_t count = SplitTriangles(kept.meshes(), kept.leaf_lanes(), subset.begin,
+                                      {order, subset.count}, scratch);
   if (count == 0) return Subset::kNoRoom;
   uint32_t no_subset;
   const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);

@@ -14,11 +14,11 @@ void GiveLeavesGeometry(const TraceTask& task, WideNode& node) {
     const ChildWord child = node.Child(i);
     if (!child.IsRange()) continue;
     alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
-    const std::size_t bytes = MakeLeaf(task.scene.meshes, kept.triangles().data(), child.range(),
-                                       kLeafLanes, blocks);
+    const MadeLeaf leaf = MakeLeaf(task.scene.meshes, kept.triangles().data(), child.range(),
+                                   kLeafLanes, SharedVertices::kFind, blocks);
     uint32_t place;
-    if (!kept.AllocateLeaf(bytes, place)) break;
-    std::memcpy(kept.leaf(place), blocks, bytes);
+    if (!leaf.is_whole || !kept.AllocateLeaf(leaf.bytes, place)) continue;
+    std::memcpy(kept.leaf(place), blocks, leaf.bytes);
     node.SetChild(i, ChildWord::Block(place));
   }
   node.SetLeavesDone();

@@ -23,14 +23,9 @@ namespace HWY_NAMESPACE {
 template <Query kQuery>
 void TestAll(const TraceTask& task, size_t begin, size_t count, const RayNumber* list,
              size_t rays, ListMemory memory) {
-  const size_t most = task.scene.meshes.all_fill_one_lane() ? kLeafLanes : kLeafLanes / 2;
   // The order may be another one before hits are asked for.
-  const TraceTask own = task.Within(task.partition);
-  for (size_t done = 0; done < count;) {
-    const size_t some = std::min(most, count - done);
-    TestRange<kQuery>(own, static_cast<uint32_t>(begin + done), some, list, rays, memory);
-    done += some;
-  }
+  TestRange<kQuery>(task.Within(task.partition), static_cast<uint32_t>(begin), count, list, rays,
+                    memory);
 }
 
 /// A subset that the budget has no nodes for: split in private memory, and forgotten afterwards.
@@ -46,7 +41,7 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
     const auto some = all.subspan(begin, std::min(all.size() - begin, SubsetScratch::kTriangles));
     const std::span<uint32_t> order(scratch.get()->order, some.size());
     std::copy(some.begin(), some.end(), order.begin());
-    const size_t nodes = SplitTriangles(task.scene.meshes, 0, order, *scratch.get());
+    const size_t nodes = SplitTriangles(task.scene.meshes, kLeafLanes, 0, order, *scratch.get());
     if (nodes == 0) {
       TestAll<kQuery>(task, subset.begin + begin, some.size(), list, rays, memory);
       continue;
@@ -72,7 +67,7 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
       if (BoundTriangle(meshes, name, ref)) scratch.order[count++] = static_cast<uint32_t>(number);
     }
     if (count == 0) return;
-    const size_t nodes = SplitTriangles(meshes, 0, {scratch.order, count}, scratch);
+    const size_t nodes = SplitTriangles(meshes, kLeafLanes, 0, {scratch.order, count}, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
     trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }
