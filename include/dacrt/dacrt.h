@@ -91,7 +91,7 @@ class Scene {
   /// Reads every mesh once. Of two meshes with equal geometry_id the later one counts as larger
   /// where distances are equal.
   /// Throws std::invalid_argument if a pointer is null while its count is not zero, or if an
-  /// address or stride is not a multiple of four; std::length_error if there are 2^32 - 1
+  /// address or stride is not a multiple of four; std::length_error if there are 2^31 - 1
   /// triangles or more; std::bad_alloc if the memory of what is kept, or of the least workspace,
   /// cannot be had.
   Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,

@@ -27,6 +27,10 @@ inline constexpr std::size_t kFetchAhead = 6;
 /// from the mesh costs about as much as to copy it.
 inline constexpr unsigned kVisitsBeforeLeaves = 1;
 
+/// Rays for which a subset is split whose nodes are forgotten afterwards: to test fewer against all
+/// of its triangles costs less.
+inline constexpr std::size_t kRaysToSplitFor = 64;
+
 /// Rays of calls that go the short way, on the stack of the caller.
 inline constexpr std::size_t kShortCall = 256;
 

@@ -14,6 +14,7 @@
 
 #include "leaf/test_leaf-inl.h"
 #include "partition/split_by_grid-inl.h"
+#include "trace/policy.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -33,9 +34,13 @@ void TestAll(const TraceTask& task, size_t begin, size_t count, const RayNumber*
 template <Query kQuery, class Trace>
 void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber* list, size_t rays,
                     ListMemory memory, const Trace& trace) {
+  const auto test_all = [&] {
+    TestAll<kQuery>(task, subset.begin, subset.count, list, rays, memory);
+  };
   // Instances may have subsets to split in that memory, too.
+  if (task.scene.has_instances || rays < policy::kRaysToSplitFor) return test_all();
   const SplitMemory::Use scratch(task.split_memory);
-  if (!scratch.get() || task.scene.has_instances) return TestAll<kQuery>(task, subset.begin, subset.count, list, rays, memory);
+  if (!scratch.get()) return test_all();
   const auto all = task.scene.kept->triangles().subspan(subset.begin, subset.count);
   for (size_t begin = 0; begin < all.size(); begin += SubsetScratch::kTriangles) {
     const auto some = all.subspan(begin, std::min(all.size() - begin, SubsetScratch::kTriangles));

@@ -88,7 +88,7 @@ TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
       const Settings settings;
       CallPlan plan(rays, threads, true, settings);
       const auto bytes = [&] {
-        return plan.workers * WorkspaceShape(1000, plan.piece_rays, true, settings).Bytes();
+        return plan.workers * WorkspaceShape::ForKept(plan.piece_rays, true).Bytes();
       };
       std::size_t before = bytes();
       int steps = 0;

@@ -48,10 +48,10 @@ class Solver {
  public:
   explicit Solver(std::vector<Mesh> meshes)
       : meshes_(std::move(meshes)),
-        table_(Views(meshes_)),
+        scene_{MeshTable(Views(meshes_))},
         scratch_(std::make_unique<Scratch>()),
-        refs(table_.triangle_count()) {
-    refs.resize(MakeTriangleRefs(table_, refs).end);
+        refs(scene_.meshes.triangle_count()) {
+    refs.resize(MakeTriangleRefs(scene_.meshes, refs).end);
   }
 
   /// All rays at once: by rays if there are more of them than triangles.
@@ -87,9 +87,11 @@ class Solver {
         hwy::DivCeil(rays.size(), block_rays) * hwy::RoundUpTo(block_rays, kMaxLanes) + kMaxLanes,
         rays.size());
     const Settings settings;
-    PacketBatch no_packets{};
-    const SolveTask task{table_,    settings,   refs,   memory.batch, no_packets,
-                         *scratch_, statistics, clock_, nullptr};
+    const RayView no_view;
+    const CallOptions options;
+    const CallFrame frame{&no_view, 0, options, UINT32_MAX};
+    const PaperTask task{scene_,     settings,   refs,   memory.batch,
+                         *scratch_,  statistics, clock_, frame};
     std::vector<Answer> answers;
     for (size_t first = 0; first < rays.size(); first += block_rays) {
       const RayBlock block = memory.Push(rays.subspan(first, block_rays), first);
@@ -107,7 +109,7 @@ class Solver {
   }
 
   std::vector<Mesh> meshes_;
-  MeshTable table_;
+  SceneParts scene_;
   std::unique_ptr<Scratch> scratch_;
   StepClock clock_;
 

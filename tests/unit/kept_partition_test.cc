@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -17,6 +19,7 @@
 #include "partition/kept_partition.h"
 #include "partition/list_triangles-inl.h"
 #include "partition/split_by_grid-inl.h"
+#include "scene/scene_parts.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -39,7 +42,16 @@ class Kept {
         partition(table_, budget, ListTriangles, tasks_),
         scratch(std::make_unique<SubsetScratch>()) {}
 
-  uint32_t Root(uint32_t subset) { return RootOf(partition, subset, *scratch); }
+  /// Of geometries of every shape, whose memory is the caller's.
+  Kept(std::span<const Geometry> geometries, size_t budget)
+      : table_(geometries, std::vector<const SceneParts*>(geometries.size()), false),
+        tasks_(1),
+        partition(table_, budget, ListTriangles, tasks_),
+        scratch(std::make_unique<SubsetScratch>()) {}
+
+  uint32_t Root(uint32_t subset) {
+    return *RootOf(partition, subset, scratch.get(), nullptr, [] { FAIL() << "no memory"; });
+  }
   const MeshTable& table() const { return table_; }
 
  private:
@@ -123,44 +135,71 @@ class Walker : public Counts {
     ASSERT_GE(node.count, 1u);
     ASSERT_LE(node.count, WideNode::kWidth);
     children += node.count;
-    // Ranks tell each range of children where it divides only if no two are equal.
-    std::set<uint32_t> ranks;
-    for (size_t i = 0; i + 1 < node.count; ++i) {
-      ASSERT_TRUE(ranks.insert(node.GapRank(i)).second);
-      ASSERT_LT(node.GapRank(i), node.count - 1u);
+    const ChildPlanes planes(node, PlaneOffsets(0));
+    HWY_ALIGN float lower[3][WideNode::kWidth], upper[3][WideNode::kWidth];
+    for (int axis = 0; axis < 3; ++axis) {
+      for (size_t part = 0; part < kParts; ++part) {
+        hn::Store(planes.near[part][axis], kEightTag, lower[axis] + part * kPartLanes);
+        hn::Store(planes.far[part][axis], kEightTag, upper[axis] + part * kPartLanes);
+      }
     }
-    ChildBoxes boxes;
-    DecodeChildren(node, boxes);
     for (size_t i = 0; i < node.count; ++i) {
       Volumes volumes = above;
       Volume& own = volumes.emplace_back();
       for (int axis = 0; axis < 3; ++axis) {
-        own.lower[axis] = boxes.lower[axis][i];
-        own.upper[axis] = boxes.upper[axis][i];
+        own.lower[axis] = lower[axis][i];
+        own.upper[axis] = upper[axis][i];
       }
-      if (node.IsLeaf(i)) {
-        ++leaves;
-        ASSERT_GE(node.Kind(i), 1u);
-        ASSERT_LE(node.Kind(i), WideNode::kMostLeafTriangles);
-        ASSERT_GE(node.Number(i), begin);
-        ASSERT_LE(node.Number(i) + node.Kind(i), end);
-        AddTriangles(node.Number(i), node.Kind(i), volumes);
-      } else if (node.IsSubset(i)) {
-        Subset& subset = kept_.partition.subset(node.Number(i));
+      const ChildWord child = node.Child(i);
+      if (child.IsLeaf()) {
+        WalkLeaf(child, volumes, begin, end);
+      } else if (child.IsSubset()) {
+        Subset& subset = kept_.partition.subset(child.number());
         ASSERT_GE(subset.begin, begin);
         ASSERT_LE(subset.begin + subset.count, end);
-        WalkSubset(node.Number(i), volumes, depth + 1);
+        ASSERT_EQ(subset.parent, number * WideNode::kWidth + i);
+        WalkSubset(child.number(), volumes, depth + 1);
+        // Once split, the way to it is the shorter one.
+        const uint32_t root = subset.root;
+        ASSERT_EQ(node.Child(i).bits(), root < Subset::kNoRoom ? ChildWord::Inner(root).bits()
+                                                               : child.bits());
       } else {
-        WalkNode(node.Number(i), volumes, depth + 1, begin, end);
+        const Subset* const subset = SubsetWithRoot(child.number());
+        WalkNode(child.number(), volumes, depth + 1, subset ? subset->begin : begin,
+                 subset ? subset->begin + subset->count : end);
       }
       if (testing::Test::HasFatalFailure()) return;
     }
   }
 
+  /// The subset that a node is the first one of; null if it is in the middle of one.
+  const Subset* SubsetWithRoot(uint32_t node) {
+    for (const uint32_t number : seen_subsets_) {
+      if (kept_.partition.subset(number).root == node) return &kept_.partition.subset(number);
+    }
+    return nullptr;
+  }
+
+  /// Of one item or of at most kLeafLanes lanes, of which the last item is marked, and no other.
+  void WalkLeaf(ChildWord leaf, const Volumes& volumes, size_t begin, size_t end) {
+    ++leaves;
+    ASSERT_TRUE(leaf.IsRange());
+    size_t place = leaf.range(), lanes = 0, count = 0;
+    ASSERT_GE(place, begin);
+    for (bool is_last = false; !is_last; ++place, ++count) {
+      ASSERT_LT(place, end) << "no mark in the subset";
+      const uint32_t entry = kept_.partition.triangles()[place];
+      is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
+      lanes += kept_.table().LanesOf(kept_.table().Locate(KeptOrder::NumberOf(entry)).mesh);
+    }
+    ASSERT_LE(lanes, kLeafLanes);
+    AddTriangles(leaf.range(), count, volumes);
+  }
+
   /// Triangles of a leaf, which every volume on the way there must hold.
   void AddTriangles(size_t begin, size_t count, const Volumes& volumes) {
     for (size_t place = begin; place < begin + count; ++place) {
-      const uint32_t number = kept_.partition.triangles()[place];
+      const uint32_t number = KeptOrder::NumberOf(kept_.partition.triangles()[place]);
       ++count_;
       ASSERT_TRUE(places_.insert(place).second) << "two leaves for a place";
       ASSERT_TRUE(numbers_.insert(number).second) << "two places for a triangle";
@@ -224,7 +263,8 @@ void TakesFewBytes() {
   Kept kept({unit::MakeSoup(random, kTriangles, 1, 0.05f)}, kPlenty);
   Walker walker(kept);
   walker.Walk(true);
-  EXPECT_LT(kept.partition.BytesUsed(), 12 * kTriangles);
+  // Four bytes of order, and the nodes.
+  EXPECT_LT(kept.partition.BytesUsed(), 10 * kTriangles);
   EXPECT_GT(walker.subsets, kTriangles / SubsetScratch::kTriangles);
   EXPECT_LT(walker.leaves, kTriangles / 3);
   EXPECT_GT(walker.children, 3 * walker.nodes);
@@ -338,13 +378,15 @@ void TheBudgetIsNeverExceeded() {
   constexpr size_t kTriangles = 12000;
   const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
   const size_t least = KeptPartition::LeastBytes(kTriangles);
+  EXPECT_LT(least, 6 * kTriangles);
   size_t some = 0, last_nodes = 0;
   for (const size_t budget :
        {size_t{0}, least - 1, least, least + 100, least + 3000, least + 5000, least + 8000,
         least + 12000, 6 * kTriangles, 7 * kTriangles, 16 * kTriangles}) {
     SCOPED_TRACE(budget);
     Kept kept({mesh}, budget);
-    EXPECT_EQ(kept.partition.BytesReserved(), std::max(least, budget));
+    EXPECT_LE(kept.partition.BytesReserved(), std::max(least, budget));
+    EXPECT_GT(kept.partition.BytesReserved() + KeptPartition::kLeafUnit, std::max(least, budget));
     Walker walker(kept);
     walker.Walk(false);
     if (testing::Test::HasFatalFailure()) return;
@@ -361,6 +403,170 @@ void TheBudgetIsNeverExceeded() {
   EXPECT_GE(some, 3u);
 }
 
+// --- Room ------------------------------------------------------------------------------------------
+
+/// Bytes that have an owner, by their addresses.
+class Owned {
+ public:
+  /// False if somebody has one of them already.
+  bool Take(const void* begin, size_t bytes) {
+    const auto from = reinterpret_cast<uintptr_t>(begin);
+    const auto next = ranges_.lower_bound(from);
+    if (next != ranges_.end() && next->first < from + bytes) return false;
+    if (next != ranges_.begin() && std::prev(next)->second > from) return false;
+    ranges_.emplace(from, from + bytes);
+    return true;
+  }
+
+ private:
+  std::map<uintptr_t, uintptr_t> ranges_;
+};
+
+/// What one thread got.
+struct Room {
+  std::vector<std::pair<uint32_t, size_t>> nodes;
+  std::vector<std::pair<uint32_t, size_t>> leaves;
+};
+
+/// Asks for nodes and leaves in turn, in no order, until there is neither.
+void AskForRoom(KeptPartition& kept, uint64_t seed, uint32_t largest_leaf, Room& room) {
+  Random random(seed);
+  for (int refused = 0; refused < 200;) {
+    if (random.Below(3) == 0) {
+      const size_t count = 1 + random.Below(20);
+      uint32_t first, first_subset;
+      if (kept.Allocate(count, 0, first, first_subset)) {
+        room.nodes.emplace_back(first, count);
+        continue;
+      }
+    } else if (kept.HasLeafRoom()) {
+      const size_t bytes = 1 + random.Below(largest_leaf);
+      uint32_t place;
+      if (kept.AllocateLeaf(bytes, place)) {
+        room.leaves.emplace_back(place, bytes);
+        continue;
+      }
+    }
+    ++refused;
+  }
+}
+
+// Nodes grow up and leaves down, from any number of threads, until they meet: nobody gets a byte
+// that somebody else has, or that is not of the budget.
+void NodesAndLeavesNeverMeet() {
+  Random random(31);
+  const Mesh mesh = unit::MakeSoup(random, 3000, 1, 0.05f);
+  const size_t least = KeptPartition::LeastBytes(3000);
+  for (const size_t threads : {1u, 4u}) {
+    for (const size_t budget : {least, least + 1, least + 20000, 8 * mesh.triangles.size(),
+                                32 * mesh.triangles.size(), 100 * mesh.triangles.size()}) {
+      for (const uint32_t largest_leaf : {16u, 300u, static_cast<uint32_t>(kMostLeafBytes)}) {
+        SCOPED_TRACE(std::to_string(budget) + " bytes, " + std::to_string(threads) + " threads");
+        Kept owner({mesh}, budget);
+        KeptPartition& kept = owner.partition;
+        const bool had_leaf_room = kept.HasLeafRoom();
+        std::vector<Room> rooms(threads);
+        {
+          std::vector<std::thread> running;
+          for (size_t t = 0; t < threads; ++t) {
+            running.emplace_back([&, t] { AskForRoom(kept, t, largest_leaf, rooms[t]); });
+          }
+          for (std::thread& thread : running) thread.join();
+        }
+        const std::byte* const begin = kept.view().leaves;
+        const std::byte* const end = begin + kept.BytesReserved();
+        Owned owned;
+        ASSERT_TRUE(owned.Take(kept.triangles().data(), kept.triangles().size_bytes()));
+        ASSERT_TRUE(owned.Take(&kept.subset(0), sizeof(Subset)));
+        size_t node_bytes = 0, leaf_bytes = 0;
+        for (const Room& room : rooms) {
+          for (const auto& [first, count] : room.nodes) {
+            const std::byte* const node = reinterpret_cast<const std::byte*>(&kept.node(first));
+            ASSERT_EQ(reinterpret_cast<uintptr_t>(node) % 64, 0u);
+            ASSERT_GE(node, begin);
+            ASSERT_LE(node + count * sizeof(WideNode), end);
+            ASSERT_TRUE(owned.Take(node, count * sizeof(WideNode)));
+            node_bytes += count * sizeof(WideNode);
+          }
+          for (const auto& [place, bytes] : room.leaves) {
+            ASSERT_LE(place, ChildWord::kMostBlock);
+            const std::byte* const leaf = kept.leaf(place);
+            ASSERT_GE(leaf, begin);
+            // Whole vectors may be read from the last byte on.
+            ASSERT_LE(leaf + bytes + KeptPartition::kReadBehind, end);
+            ASSERT_TRUE(owned.Take(leaf, bytes));
+            leaf_bytes += bytes;
+          }
+        }
+        EXPECT_GT(node_bytes, 0u);
+        EXPECT_EQ(leaf_bytes > 0, had_leaf_room);
+        EXPECT_FALSE(kept.HasLeafRoom()) << "it has ended";
+        uint32_t place;
+        EXPECT_FALSE(kept.AllocateLeaf(kMostLeafBytes, place));
+        EXPECT_LE(kept.BytesUsed(), kept.BytesReserved());
+        // Nearly all of it was had.
+        EXPECT_GT(kept.BytesUsed() + 20 * sizeof(WideNode) + kMostLeafBytes +
+                      KeptPartition::kReadBehind + (64 + 3000 / 128) * sizeof(Subset) + 128,
+                  kept.BytesReserved());
+      }
+    }
+  }
+}
+
+// Where leaves take all that they may, a whole partition still has its nodes.
+void LeavesLeaveRoomForNodes() {
+  Random random(32);
+  constexpr size_t kTriangles = 30000;
+  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.03f);
+  Kept kept({mesh}, 32 * kTriangles);
+  uint32_t place;
+  size_t leaves = 0;
+  while (kept.partition.AllocateLeaf(100, place)) ++leaves;
+  EXPECT_GT(100 * leaves, 15 * kTriangles);
+  Walker(kept).Walk(true);
+}
+
+// Without room for a leaf the order still says what is in it.
+void SmallBudgetsHaveNoLeaves() {
+  Random random(33);
+  const Mesh mesh = unit::MakeSoup(random, 12000, 1, 0.05f);
+  Kept least({mesh}, 0), eight({mesh}, 8 * 12000), plenty({mesh}, 32 * 12000);
+  EXPECT_FALSE(least.partition.HasLeafRoom());
+  EXPECT_TRUE(plenty.partition.HasLeafRoom());
+  uint32_t place;
+  EXPECT_FALSE(least.partition.AllocateLeaf(16, place));
+  EXPECT_TRUE(plenty.partition.AllocateLeaf(16, place));
+}
+
+// Quads and cells fill two lanes, so that a leaf holds fewer of them; triangles beside them one.
+void ItemsOfTwoLanes() {
+  Random random(34);
+  Mesh mesh = unit::MakeSoup(random, 4000, 1, 0.05f);
+  std::vector<uint32_t> quads;
+  for (uint32_t i = 0; i < 3000; ++i) {
+    for (const uint32_t corner : {0u, 1u, 2u, 4u}) quads.push_back(3 * i + corner);
+  }
+  for (const size_t triangles : {size_t{0}, size_t{1}, size_t{37}, mesh.triangles.size()}) {
+    std::vector<Geometry> geometries(2);
+    for (Geometry& geometry : geometries) {
+      geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
+      geometry.vertex_count = mesh.vertices.size();
+    }
+    geometries[0].shape = Shape::kQuads;
+    geometries[0].primitives = {quads.data(), 4 * sizeof(uint32_t)};
+    geometries[0].primitive_count = quads.size() / 4;
+    geometries[1].geometry_id = 1;
+    geometries[1].primitives = {mesh.triangles.data(), 12};
+    geometries[1].primitive_count = triangles;
+    Kept kept(geometries, kPlenty);
+    EXPECT_FALSE(kept.table().all_fill_one_lane());
+    Walker walker(kept);
+    walker.Walk(true);
+    EXPECT_GE(walker.leaves, 3000u / 4);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+}
+
 // Threads that split a large subset together leave the triangles in the order in which one does.
 void ThreadsTogetherSplitAsOneDoes() {
   Random random(9);
@@ -368,7 +574,7 @@ void ThreadsTogetherSplitAsOneDoes() {
   Kept by_one({mesh}, kPlenty), by_all({mesh}, kPlenty);
   TaskPool tasks(0);
   const uint32_t root = by_one.Root(0);
-  ASSERT_EQ(RootOf(by_all.partition, 0, *by_all.scratch, &tasks), root);
+  ASSERT_EQ(RootOf(by_all.partition, 0, by_all.scratch.get(), &tasks, [] {}), root);
   const auto one = by_one.partition.triangles(), all = by_all.partition.triangles();
   EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin(), all.end()));
   EXPECT_EQ(by_all.partition.BytesUsed(), by_one.partition.BytesUsed());
@@ -394,7 +600,7 @@ void ThreadsAgree() {
           // Breadth first: subsets as they are found.
           std::vector<uint32_t> subsets = {0};
           for (size_t i = 0; i < subsets.size(); ++i) {
-            const uint32_t root = RootOf(kept.partition, subsets[i], *scratch);
+            const uint32_t root = *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
             roots[t].push_back(root);
             if (root == Subset::kNoRoom) continue;
             std::vector<uint32_t> open = {root};
@@ -402,16 +608,17 @@ void ThreadsAgree() {
               const WideNode& node = kept.partition.node(open.back());
               open.pop_back();
               for (size_t k = 0; k < node.count; ++k) {
-                if (node.IsSubset(k)) subsets.push_back(node.Number(k));
-                if (node.Kind(k) == WideNode::kInner) open.push_back(node.Number(k));
+                const ChildWord child = node.Child(k);
+                if (child.IsSubset()) subsets.push_back(child.number());
+                // Others may have split a subset meanwhile.
+                if (child.IsInner()) open.push_back(child.number());
               }
             }
           }
         });
       }
       for (std::thread& thread : threads) thread.join();
-      ASSERT_GT(roots[0].size(), 5u);
-      for (size_t t = 1; t < kThreads; ++t) ASSERT_EQ(roots[t], roots[0]);
+      for (size_t t = 1; t < kThreads; ++t) ASSERT_EQ(roots[t][0], roots[0][0]);
       Walker(kept).Walk(budget == kPlenty);
       if (testing::Test::HasFatalFailure()) return;
     }
@@ -424,19 +631,40 @@ void SplitsWhereAsked() {
   Kept kept({unit::MakeSoup(random, 9000, 1, 0.05f)}, kPlenty);
   const size_t before = kept.partition.BytesUsed();
   EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
+  EXPECT_TRUE(kept.partition.root().IsSubset());
   const WideNode* node = &kept.partition.node(kept.Root(0));
+  EXPECT_EQ(&kept.partition.node(kept.partition.root().number()), node);
   const size_t first = kept.partition.BytesUsed();
   EXPECT_GT(first, before);
-  while (!node->IsSubset(0)) {
-    ASSERT_FALSE(node->IsLeaf(0));
-    node = &kept.partition.node(node->Number(0));
+  while (!node->Child(0).IsSubset()) {
+    ASSERT_TRUE(node->Child(0).IsInner());
+    node = &kept.partition.node(node->Child(0).number());
   }
-  EXPECT_EQ(kept.partition.subset(node->Number(0)).root.load(), Subset::kUnsplit);
-  kept.Root(node->Number(0));
+  const uint32_t subset = node->Child(0).number();
+  EXPECT_EQ(kept.partition.subset(subset).root.load(), Subset::kUnsplit);
+  kept.Root(subset);
   const size_t second = kept.partition.BytesUsed();
   EXPECT_GT(second, first);
-  kept.Root(node->Number(0));
+  kept.Root(subset);
   EXPECT_EQ(kept.partition.BytesUsed(), second);
+}
+
+// Where there is no memory to split in, the subset is nobody else's meanwhile, and stays unsplit.
+void WithoutScratchTheSubsetStays() {
+  Random random(35);
+  Kept kept({unit::MakeSoup(random, 900, 1, 0.05f)}, kPlenty);
+  bool called = false;
+  const auto root = RootOf(kept.partition, 0, nullptr, nullptr, [&] {
+    called = true;
+    EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kBeingSplit);
+  });
+  EXPECT_FALSE(root.has_value());
+  EXPECT_TRUE(called);
+  EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
+  EXPECT_THROW(RootOf(kept.partition, 0, nullptr, nullptr, [] { throw std::bad_alloc(); }),
+               std::bad_alloc);
+  EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
+  Walker(kept).Walk(true);
 }
 
 }  // namespace
@@ -460,6 +688,11 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ThreadsTogetherSplitAsOneDoes);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ThreadsAgree);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, SplitsWhereAsked);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, NodesAndLeavesNeverMeet);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodes);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, SmallBudgetsHaveNoLeaves);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ItemsOfTwoLanes);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, WithoutScratchTheSubsetStays);
 
 }  // namespace dacrt
 #endif  // HWY_ONCE

@@ -89,10 +89,10 @@ TEST(MeshTableTest, RefusesTooManyTriangles) {
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   std::vector<TriangleMesh> views(2, mesh.View());
-  views[0].triangle_count = 0x80000000u;
-  views[1].triangle_count = 0x7FFFFFFEu;
-  EXPECT_EQ(MeshTable(views).triangle_count(), 0xFFFFFFFEu);
-  views[1].triangle_count = 0x7FFFFFFFu;
+  views[0].triangle_count = 0x40000000u;
+  views[1].triangle_count = 0x3FFFFFFEu;
+  EXPECT_EQ(MeshTable(views).triangle_count(), 0x7FFFFFFEu);
+  views[1].triangle_count = 0x3FFFFFFFu;
   EXPECT_THROW(MeshTable{views}, std::length_error);
 }
 

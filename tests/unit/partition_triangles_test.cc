@@ -10,6 +10,7 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/triangle_refs.h"
+#include "paper/choose_split-inl.h"
 #include "partition/partition_triangles-inl.h"
 
 HWY_BEFORE_NAMESPACE();

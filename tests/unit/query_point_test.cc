@@ -262,7 +262,9 @@ TEST_F(QueryPoint, PassesGeometriesByWithoutACallback) {
 
 // What comes after an instance is looked at with the radius that was left there.
 TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
-  const auto device = std::make_shared<Device>();
+  Settings settings;
+  settings.budget = 0;
+  const auto device = std::make_shared<Device>(settings);
   const Mesh mesh = MakeMesh(1);
   const auto stop_at_one = [](void*, const PointCandidate& candidate) {
     ++*static_cast<int*>(candidate.call);
@@ -271,7 +273,7 @@ TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
   Geometry triangle = View(mesh);
   triangle.point_callback.function = stop_at_one;
   const auto inner =
-      std::make_shared<const Scene>(device, std::span(&triangle, 1), SceneOptions{Keep::kNothing});
+      std::make_shared<const Scene>(device, std::span(&triangle, 1), SceneOptions{});
   std::vector<Geometry> geometries(2);
   for (uint32_t i = 0; i < 2; ++i) {
     geometries[i].shape = Shape::kInstance;
@@ -282,7 +284,7 @@ TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
     step.matrix.column[3][0] = 5.0f * static_cast<float>(i);
     geometries[i].transforms = {step};
   }
-  const Scene scene(device, geometries, SceneOptions{Keep::kNothing});
+  const Scene scene(device, geometries, SceneOptions{});
   int count = 0;
   PointQuery query = QueryAt(mesh.Corner(0, 0), kInfinity);
   query.call = &count;

@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <string>
+#include <thread>
+
 #include "unit_test.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -8,6 +12,8 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "geometry/wide_node-inl.h"
+#include "rays/load_records-inl.h"
+#include "trace/enter_children-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -35,7 +41,7 @@ struct Family {
     const Box* children[WideNode::kWidth];
     for (size_t i = 0; i < boxes.size(); ++i) children[i] = &boxes[i];
     WideNode node{};
-    EncodeChildren(bounds, children, boxes.size(), node);
+    EncodeChildren(children, boxes.size(), node);
     return node;
   }
 };
@@ -48,12 +54,37 @@ float WideFace(float face, bool is_upper) {
   return lanes[0];
 }
 
-/// Children hold their boxes, widened, and are not much larger.
+/// The volumes of all eight children.
+struct Volumes {
+  HWY_ALIGN float lower[3][WideNode::kWidth];
+  HWY_ALIGN float upper[3][WideNode::kWidth];
+};
+
+/// As rays of an octant see them: near planes are lower ones where directions are positive.
+Volumes Decode(const WideNode& node, uint32_t octant) {
+  const ChildPlanes planes(node, PlaneOffsets(octant));
+  Volumes volumes;
+  for (uint32_t axis = 0; axis < 3; ++axis) {
+    const bool is_negative = octant >> axis & 1;
+    for (size_t part = 0; part < kParts; ++part) {
+      const EightPart near = planes.near[part][axis], far = planes.far[part][axis];
+      hn::Store(is_negative ? far : near, kEightTag, volumes.lower[axis] + part * kPartLanes);
+      hn::Store(is_negative ? near : far, kEightTag, volumes.upper[axis] + part * kPartLanes);
+    }
+  }
+  return volumes;
+}
+
+/// Children hold their boxes, widened, and are not much larger, whatever the octant.
 void ExpectHeld(const Family& family, const std::string& what) {
   const WideNode node = family.Encode();
   ASSERT_EQ(node.count, family.boxes.size());
-  ChildBoxes decoded;
-  DecodeChildren(node, decoded);
+  const Volumes decoded = Decode(node, 0);
+  for (uint32_t octant = 1; octant < 8; ++octant) {
+    const Volumes other = Decode(node, octant);
+    ASSERT_EQ(memcmp(other.lower, decoded.lower, sizeof(other.lower)), 0) << what << " " << octant;
+    ASSERT_EQ(memcmp(other.upper, decoded.upper, sizeof(other.upper)), 0) << what << " " << octant;
+  }
   for (int axis = 0; axis < 3; ++axis) {
     const double from = family.bounds.lower[axis], to = family.bounds.upper[axis];
     // A step is a 255th of the extent, rounded up to eight bits of mantissa or moved on by a few of
@@ -164,38 +195,73 @@ void ScenesOfEveryShape() {
   expect(flat, "flat");
 }
 
-// What no child stands for is entered by no ray.
-void UnusedChildrenAreEmpty() {
+// A child is entered by rays that meet its box, in every octant; what no child stands for is not,
+// once masked.
+void RaysEnterTheChildrenTheyMeet() {
   Random random(2);
+  size_t entered_all = 0, not_entered = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const size_t count = 1 + random.Below(8);
+    Family family;
+    for (size_t i = 0; i < count; ++i) {
+      const Float3 a = random.InCube(-1, 1);
+      Float3 b = random.InCube(-1, 1);
+      for (size_t axis = 0; axis < 3; ++axis) b[axis] += a[axis];
+      family.Add(a, b);
+    }
+    const WideNode node = family.Encode();
+    ASSERT_EQ(node.UsedChildren(), (1u << count) - 1);
+    RayRecord ray{};
+    const Float3 org = random.InCube(-2, 2), dir = random.Direction();
+    for (size_t axis = 0; axis < 3; ++axis) {
+      ray.org[axis] = org[axis];
+      ray.dir[axis] = random.Below(8) == 0 ? (random.Next() & 1 ? 0.0f : -0.0f) : dir[axis];
+    }
+    ray.tnear = random.Uniform(-1, 1);
+    ray.tfar = random.Uniform(1, 5);
+    ray.mask = 1;
+    ASSERT_TRUE(FinishRecord(ray));
+    HWY_ALIGN float entries[WideNode::kWidth];
+    const uint32_t entered =
+        EnterChildren(ChildPlanes(node, PlaneOffsets(ray.Octant())), SlabRay(ray), ray.tfar,
+                      [&](size_t part, EightPart entry) HWY_ATTR {
+                        hn::Store(entry, kEightTag, entries + part * kPartLanes);
+                      }) &
+        node.UsedChildren();
+    ASSERT_EQ(entered & ~node.UsedChildren(), 0u);
+    for (size_t i = 0; i < count; ++i) {
+      // The test of the box alone, which no volume around it may be stricter than.
+      V origin[3], reciprocal[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        origin[axis] = hn::Set(kFloat, ray.org[axis]);
+        reciprocal[axis] = hn::Set(kFloat, ray.reciprocal[axis]);
+      }
+      const Interval own = IntersectBox(Widen(family.boxes[i].lower, family.boxes[i].upper),
+                                        origin, reciprocal);
+      const bool meets = Bits(Enters(own, hn::Set(kFloat, ray.tnear),
+                                     hn::Set(kFloat, ray.tfar))) & 1;
+      if (meets) {
+        ASSERT_TRUE(entered >> i & 1) << "child " << i << " of " << count;
+        ASSERT_LE(entries[i], std::max(hn::GetLane(own.entry), ray.start));
+        ++entered_all;
+      }
+      not_entered += !(entered >> i & 1);
+    }
+  }
+  EXPECT_GT(entered_all, 500u);
+  EXPECT_GT(not_entered, 2000u);
+}
+
+// Nearly always, so that few have to be masked; in a node without extent they are points.
+void UnusedChildrenAreInsideOut() {
+  Random random(3);
   for (size_t count = 1; count < WideNode::kWidth; ++count) {
     Family family;
     for (size_t i = 0; i < count; ++i) family.Add(random.InCube(-1, 1), random.InCube(-1, 1));
-    ChildBoxes decoded;
-    DecodeChildren(family.Encode(), decoded);
+    const Volumes decoded = Decode(family.Encode(), 0);
     for (size_t i = count; i < WideNode::kWidth; ++i) {
       for (int axis = 0; axis < 3; ++axis) {
         ASSERT_GT(decoded.lower[axis][i], decoded.upper[axis][i]);
-      }
-    }
-  }
-}
-
-void UnionsHoldTheirChildren() {
-  Random random(3);
-  for (int round = 0; round < 200; ++round) {
-    Family family;
-    for (int i = 0; i < 8; ++i) family.Add(random.InCube(-1, 1), random.InCube(-1, 1));
-    ChildBoxes decoded;
-    DecodeChildren(family.Encode(), decoded);
-    for (size_t begin = 0; begin < 8; ++begin) {
-      for (size_t end = begin + 1; end <= 8; ++end) {
-        const WideBox box = UnionOfChildren(decoded, begin, end);
-        for (int axis = 0; axis < 3; ++axis) {
-          const float* lower = decoded.lower[axis];
-          const float* upper = decoded.upper[axis];
-          ASSERT_EQ(hn::GetLane(box.lower[axis]), *std::min_element(lower + begin, lower + end));
-          ASSERT_EQ(hn::GetLane(box.upper[axis]), *std::max_element(upper + begin, upper + end));
-        }
       }
     }
   }
@@ -225,33 +291,94 @@ HWY_EXPORT_AND_TEST_P(WideNodeTest, HoldsItsChildrenTightly);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, FacesOnSteps);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, StepsSpanTheWhole);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, ScenesOfEveryShape);
-HWY_EXPORT_AND_TEST_P(WideNodeTest, UnusedChildrenAreEmpty);
-HWY_EXPORT_AND_TEST_P(WideNodeTest, UnionsHoldTheirChildren);
+HWY_EXPORT_AND_TEST_P(WideNodeTest, RaysEnterTheChildrenTheyMeet);
+HWY_EXPORT_AND_TEST_P(WideNodeTest, UnusedChildrenAreInsideOut);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, UpperHalvesAreRoundedUp);
 
-// What stands in a child's place, and its number, come back as they were written.
-TEST(WideNodeChildTest, KindsAndNumbersComeBack) {
-  WideNode node{};
-  node.first_node = 1000000;
-  node.first_other = 4000000000u;
-  for (std::size_t kind = 1; kind <= WideNode::kInner; ++kind) {
-    for (const std::size_t offset : {0u, 1u, 7u, 2047u, 4095u}) {
-      const std::size_t place = (kind + offset) % WideNode::kWidth;
-      node.child[place] = WideNode::Child(kind, offset);
-      EXPECT_EQ(node.Kind(place), kind);
-      EXPECT_EQ(node.IsLeaf(place), kind <= WideNode::kMostLeafTriangles);
-      EXPECT_EQ(node.IsSubset(place), kind == WideNode::kSubset);
-      EXPECT_EQ(node.Number(place),
-                (kind == WideNode::kInner ? node.first_node : node.first_other) + offset);
+/// Which of its four kinds a word is of, by what it says of itself; nothing if it says two things.
+std::string KindsOf(ChildWord word) {
+  std::string kinds;
+  if (word.IsInner()) kinds += "inner";
+  if (word.IsSubset()) kinds += "subset";
+  if (word.IsBlock()) kinds += "block";
+  if (word.IsRange()) kinds += "range";
+  return kinds;
+}
+
+// What stands behind a child, and its number, come back as they were written, up to the largest.
+TEST(ChildWordTest, KindsAndNumbersComeBack) {
+  for (const uint32_t most : {ChildWord::kMostNumber, ChildWord::kMostBlock,
+                              ChildWord::kMostRange}) {
+    for (const uint32_t number : {0u, 1u, 2u, 1000000u, most / 2, most - 1, most}) {
+      if (number <= ChildWord::kMostNumber) {
+        const ChildWord inner = ChildWord::Inner(number), subset = ChildWord::Subset(number);
+        EXPECT_EQ(KindsOf(inner), "inner");
+        EXPECT_EQ(inner.number(), number);
+        EXPECT_FALSE(inner.IsLeaf());
+        EXPECT_EQ(KindsOf(subset), "subset");
+        EXPECT_EQ(subset.number(), number);
+        EXPECT_FALSE(subset.IsLeaf());
+      }
+      if (number <= ChildWord::kMostBlock) {
+        const ChildWord block = ChildWord::Block(number);
+        EXPECT_EQ(KindsOf(block), "block");
+        EXPECT_EQ(block.block(), number);
+        EXPECT_TRUE(block.IsLeaf());
+      }
+      const ChildWord range = ChildWord::Range(number);
+      EXPECT_EQ(KindsOf(range), "range");
+      EXPECT_EQ(range.range(), number);
+      EXPECT_TRUE(range.IsLeaf());
+      EXPECT_EQ(ChildWord(range.bits()).bits(), range.bits());
     }
+  }
+  // A number of every triangle that a scene can have.
+  static_assert(ChildWord::kMostRange == INT32_MAX);
+}
+
+TEST(WideNodeChildTest, WordsComeBack) {
+  WideNode node{};
+  for (std::size_t i = 0; i < WideNode::kWidth; ++i) {
+    node.SetChild(i, ChildWord::Block(static_cast<uint32_t>(17 * i)));
+  }
+  for (std::size_t i = 0; i < WideNode::kWidth; ++i) {
+    EXPECT_EQ(node.Child(i).bits(), ChildWord::Block(static_cast<uint32_t>(17 * i)).bits());
   }
 }
 
-TEST(WideNodeChildTest, GapRanksComeBack) {
+// One thread gets the leaves to fill in, whoever else comes, and however often.
+TEST(WideNodeLeavesTest, OneThreadClaimsThem) {
+  for (int round = 0; round < 50; ++round) {
+    WideNode node{};
+    std::atomic<int> claims{0};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&] {
+        for (int i = 0; i < 300; ++i) {
+          node.CountVisit();
+          claims += i > 100 && node.ClaimLeaves();
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    ASSERT_EQ(claims, 1);
+    ASSERT_TRUE(node.HasBareLeaves());
+    node.CountVisit();
+    ASSERT_FALSE(node.ClaimLeaves());
+    node.SetLeavesDone();
+    ASSERT_FALSE(node.HasBareLeaves());
+    node.CountVisit();
+    ASSERT_FALSE(node.HasBareLeaves()) << "counting does not undo it";
+    ASSERT_FALSE(node.ClaimLeaves());
+  }
+}
+
+// However many come without claiming the leaves, somebody still can.
+TEST(WideNodeLeavesTest, VisitsAreCountedUpToAnEnd) {
   WideNode node{};
-  const uint32_t ranks[] = {6, 0, 3, 5, 1, 4, 2};
-  for (std::size_t i = 0; i < 7; ++i) node.gaps |= ranks[i] << (3 * i);
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(node.GapRank(i), ranks[i]);
+  for (int i = 0; i < 1000; ++i) ASSERT_EQ(node.CountVisit(), std::min(i, 253));
+  EXPECT_TRUE(node.HasBareLeaves());
+  EXPECT_TRUE(node.ClaimLeaves());
 }
 
 }  // namespace dacrt

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <string>
 #include <thread>
 
 #include "unit_test.h"
@@ -41,20 +42,17 @@ std::vector<Array> ArraysOf(const Workspace& workspace, const WorkspaceShape& sh
   add("cones.tangent", batch.cones.tangent, shape.cones);
   add("cones.longest", batch.cones.longest, shape.cones);
   add("cones.reach", batch.cones.reach, shape.cones);
-  const PacketBatch& packets = workspace.packets();
-  for (float* field : packets.org_lower) add("packets.org_lower", field, packets.capacity);
-  for (float* field : packets.org_upper) add("packets.org_upper", field, packets.capacity);
-  for (float* field : packets.reciprocal_lower) {
-    add("packets.reciprocal_lower", field, packets.capacity);
-  }
-  for (float* field : packets.reciprocal_upper) {
-    add("packets.reciprocal_upper", field, packets.capacity);
-  }
-  add("packets.tnear", packets.tnear, packets.capacity);
-  add("packets.tfar", packets.tfar, packets.capacity);
-  add("packets.index", packets.index, packets.capacity);
-  add("packets.lane_bits", packets.lane_bits, packets.bits_capacity);
   add("packets", batch.packets.data(), batch.packets.size());
+  add("full_hits", batch.full_hits, shape.full_hits);
+  add("records", workspace.rays(), shape.records);
+  add("record_hits", workspace.hits(), shape.records);
+  add("callers", workspace.callers(), shape.records);
+  const ListMemory lists = workspace.lists();
+  add("lists", lists.top, static_cast<std::size_t>(lists.end - lists.top));
+  const InstanceMemory instances = workspace.instance_memory();
+  add("instance_rays", instances.rays, instances.count);
+  add("instance_hits", instances.hits, instances.count);
+  add("instance_callers", instances.callers, instances.count);
   return arrays;
 }
 
@@ -66,34 +64,64 @@ std::vector<Settings> SettingsOfEveryAlgorithm() {
   return all;
 }
 
-// Every array can be written over its whole length without leaving the formula's bytes, and none
-// shares a byte with another one.
+/// Every array can be written over its whole length without leaving the formula's bytes, and none
+/// shares a byte with another one.
+void ExpectArraysFit(const WorkspaceShape& shape, const std::string& what) {
+  Workspace workspace;
+  workspace.Reserve(shape);
+  ASSERT_EQ(workspace.bytes(), shape.Bytes());
+  std::vector<Array> arrays = ArraysOf(workspace, shape);
+  std::byte* lowest = arrays[0].begin;
+  for (const Array& array : arrays) {
+    lowest = std::min(lowest, array.begin);
+    ASSERT_EQ(reinterpret_cast<std::uintptr_t>(array.begin) % 64, 0u) << array.name;
+    std::memset(array.begin, 0xFF, array.bytes);
+  }
+  std::sort(arrays.begin(), arrays.end(),
+            [](const Array& a, const Array& b) { return a.begin < b.begin; });
+  for (std::size_t i = 1; i < arrays.size(); ++i) {
+    ASSERT_LE(arrays[i - 1].begin + arrays[i - 1].bytes, arrays[i].begin)
+        << arrays[i - 1].name << " and " << arrays[i].name << " " << what;
+  }
+  ASSERT_LE(arrays.back().begin + arrays.back().bytes, lowest + workspace.bytes())
+      << arrays.back().name << " " << what;
+}
+
+constexpr std::size_t kRayCounts[] = {1, 2, 15, 16, 17, 63, 64, 65, 1000, 4095, 30001, 65536};
+
 TEST(WorkspaceTest, ArraysFitTheFormulaAndDoNotOverlap) {
   for (const Settings& settings : SettingsOfEveryAlgorithm()) {
     for (const std::size_t triangles : {1u, 2u, 3u, 7u, 1000u, 4097u}) {
-      for (const std::size_t rays : {1u, 2u, 15u, 16u, 17u, 63u, 64u, 65u, 1000u, 4095u, 30001u}) {
-        Workspace workspace;
-        const bool keeps = triangles % 2 == 1;
-        const WorkspaceShape shape(triangles, rays, keeps, settings);
-        workspace.Reserve(shape);
-        ASSERT_EQ(workspace.bytes(), shape.Bytes());
-        std::vector<Array> arrays = ArraysOf(workspace, shape);
-        std::byte* lowest = arrays[0].begin;
-        for (const Array& array : arrays) {
-          lowest = std::min(lowest, array.begin);
-          ASSERT_EQ(reinterpret_cast<std::uintptr_t>(array.begin) % 64, 0u) << array.name;
-          std::memset(array.begin, 0xFF, array.bytes);
-        }
-        std::sort(arrays.begin(), arrays.end(),
-                  [](const Array& a, const Array& b) { return a.begin < b.begin; });
-        for (std::size_t i = 1; i < arrays.size(); ++i) {
-          ASSERT_LE(arrays[i - 1].begin + arrays[i - 1].bytes, arrays[i].begin)
-              << arrays[i - 1].name << " and " << arrays[i].name << " with " << rays << " rays";
-        }
-        ASSERT_LE(arrays.back().begin + arrays.back().bytes, lowest + workspace.bytes())
-            << arrays.back().name << " with " << triangles << " triangles, " << rays << " rays";
+      for (const std::size_t rays : kRayCounts) {
+        ExpectArraysFit(WorkspaceShape::ForPaper(triangles, rays, triangles % 2 == 1, settings),
+                        std::to_string(triangles) + " triangles, " + std::to_string(rays) +
+                            " rays");
+        if (HasFatalFailure()) return;
       }
     }
+  }
+}
+
+TEST(WorkspaceTest, ArraysForAKeptPartitionFitAndDoNotOverlap) {
+  for (const bool has_instances : {false, true}) {
+    for (const std::size_t rays : kRayCounts) {
+      ExpectArraysFit(WorkspaceShape::ForKept(rays, has_instances), std::to_string(rays) + " rays");
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+// The lists of kListLevels levels fit if every ray were in each.
+TEST(WorkspaceTest, HasRoomForTheListsOfAllLevels) {
+  for (const std::size_t rays : kRayCounts) {
+    Workspace workspace;
+    workspace.Reserve(WorkspaceShape::ForKept(rays, false));
+    const ListMemory lists = workspace.lists();
+    EXPECT_EQ(static_cast<std::size_t>(lists.end - lists.top),
+              WorkspaceShape::kListLevels * ListBytes(rays));
+    EXPECT_EQ(workspace.instance_memory().count, 0u);
+    EXPECT_NE(workspace.rays(), nullptr);
+    EXPECT_NE(workspace.hits(), nullptr);
   }
 }
 
@@ -101,7 +129,7 @@ TEST(WorkspaceTest, HasRoomForThePieceAndItsSurvivors) {
   for (const Settings& settings : SettingsOfEveryAlgorithm()) {
     for (const std::size_t rays : {1u, 17u, 5000u}) {
       Workspace workspace;
-      workspace.Reserve(WorkspaceShape(100, rays, false, settings));
+      workspace.Reserve(WorkspaceShape::ForPaper(100, rays, false, settings));
       EXPECT_GE(workspace.batch().capacity, 2 * rays + kMaxLanes);
       EXPECT_EQ(workspace.batch().capacity % kMaxLanes, 0u);
       EXPECT_GE(8 * workspace.batch().bits_capacity, workspace.batch().capacity);
@@ -116,12 +144,12 @@ TEST(WorkspaceTest, GrowsAndDoesNotShrink) {
   const Settings settings;
   Workspace workspace;
   EXPECT_EQ(workspace.bytes(), 0u);
-  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
+  workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
   const std::size_t small = workspace.bytes();
-  workspace.Reserve(WorkspaceShape(1000, 100, false, settings));
+  workspace.Reserve(WorkspaceShape::ForPaper(1000, 100, false, settings));
   const std::size_t large = workspace.bytes();
   EXPECT_GT(large, small);
-  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
+  workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
   EXPECT_EQ(workspace.bytes(), large);
   EXPECT_EQ(workspace.refs().size(), 10u);
 }
@@ -157,20 +185,21 @@ constexpr std::size_t kMegabyte = std::size_t{1} << 20;
 TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
   const Settings settings;
   Workspace workspace;
-  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
+  workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
   {
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(workspace.Reserve(WorkspaceShape(10, 50000000, false, settings)), std::bad_alloc);
+    EXPECT_THROW(workspace.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)), std::bad_alloc);
     EXPECT_EQ(workspace.bytes(), 0u) << "empty, as promised";
   }
-  workspace.Reserve(WorkspaceShape(10, 100, false, settings));
+  workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
   std::memset(workspace.refs().data(), 0, workspace.refs().size_bytes());
 }
 
 TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
   const Settings settings;
-  const WorkspaceShape small(10, 100, false, settings), large(5000, 100, false, settings);
+  const WorkspaceShape small = WorkspaceShape::ForPaper(10, 100, false, settings);
+  const WorkspaceShape large = WorkspaceShape::ForPaper(5000, 100, false, settings);
   const MemoryAccount memory(nullptr);
   WorkspacePool pool(memory);
   EXPECT_EQ(pool.BytesHeld(), 0u);
@@ -203,10 +232,10 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   WorkspacePool pool(memory);
   {
     WorkspacePool::Loan loan(pool);
-    loan.Reserve(WorkspaceShape(10, 100, false, settings));
+    loan.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(loan.Reserve(WorkspaceShape(10, 50000000, false, settings)), std::bad_alloc);
+    EXPECT_THROW(loan.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)), std::bad_alloc);
     EXPECT_EQ(pool.BytesHeld(), 0u);
   }
   pool.ReleaseIdle();
@@ -215,7 +244,7 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
 
 TEST(WorkspacePoolTest, ManyThreadsShareIt) {
   const Settings settings;
-  const WorkspaceShape shape(100, 100, false, settings);
+  const WorkspaceShape shape = WorkspaceShape::ForPaper(100, 100, false, settings);
   const MemoryAccount memory(nullptr);
   WorkspacePool pool(memory);
   std::vector<std::thread> threads;
