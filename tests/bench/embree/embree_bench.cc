@@ -15,6 +15,8 @@
 #include "embree_report.h"
 #include "errors.h"
 #include "format.h"
+#include "geometry_kind.h"
+#include "memory_child.h"
 #include "output_file.h"
 #include "processor.h"
 #include "progress.h"
@@ -25,6 +27,15 @@ namespace {
 // Memory is measured with the rays of these cells.
 bool MeasuresMemory(const Cell& cell) {
   return cell.kind == "diffuse" && (cell.size == "64K" || cell.size == "1M");
+}
+
+MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayBuffer& rays) {
+  const std::string config = DeviceConfig(cell.isa, cell.threads);
+  return {.cell = cell,
+          .triangles = scene.TriangleCount(),
+          .rays = rays.rays().size(),
+          .embree = MeasureMemoryInChild(DACRT_REAL_EMBREE, config, scene, cell.geometry, rays),
+          .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config, scene, cell.geometry, rays)};
 }
 
 // The cells that an earlier run has written; none if there was none.
@@ -81,7 +92,10 @@ class Benchmark {
  private:
   void MeasureScene(const BenchScene& scene, std::span<const Cell> cells) {
     progress_.Show(cells.front().scene + ": commits");
-    EmbreeContest contest(scene, cells.front().threads);
+    const SceneContent content = FindGeometryKind(cells.front().geometry)->make(scene);
+    EmbreeContest contest(
+        scene, content, {.isa = cells.front().isa, .threads = cells.front().threads, .anew = true},
+        {.repeat = options_.repeat});
     for (const Cell& cell : cells) {
       const std::string name = Name(cell);
       const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
@@ -92,13 +106,13 @@ class Benchmark {
         continue;
       }
       try {
-        results_.cells.push_back(contest.Measure(cell, options_.repeat, show, rays));
+        results_.cells.push_back(contest.Measure(cell, show, rays));
       } catch (const Disagreement& error) {
         throw Disagreement(name + ": " + error.what());
       }
       if (MeasuresMemory(cell)) {
         show("memory");
-        results_.memory.push_back(contest.MeasureMemory(cell, rays));
+        results_.memory.push_back(MeasureMemoryOfBoth(cell, scene, rays));
       }
       Save();
       const CellResult& result = results_.cells.back();

@@ -7,6 +7,7 @@
 #include "batch_size.h"
 #include "bench_scene.h"
 #include "command_line.h"
+#include "isa.h"
 #include "ray_kind.h"
 
 namespace dacrt::bench {
@@ -85,7 +86,8 @@ std::vector<Cell> CellsOf(const std::vector<Block>& blocks, const std::set<int>&
         for (const RayKind& kind : RayKinds()) {
           const bool is_meant = std::ranges::any_of(
               blocks, [&](const Block& block) { return block.Has(scene, kind.name, size.name); });
-          if (is_meant) cells.push_back({scene, kind.name, size.name, count});
+          if (is_meant)
+            cells.push_back({scene, "triangles", IsasHere().front(), kind.name, size.name, count});
         }
       }
     }

@@ -115,8 +115,10 @@ void ScenePlot::DrawLine(const Scale& x, const Scale& y, const std::string& kind
   const auto& [name, ratio, threads] = lines_[line];
   std::vector<Point> points;
   for (const BatchSize& size : BatchSizes()) {
-    const auto result =
-        std::ranges::find(cells_, Cell{scene_, kind, size.name, threads}, &CellResult::cell);
+    const auto result = std::ranges::find_if(cells_, [&](const CellResult& result) {
+      const Cell& cell = result.cell;
+      return cell.kind == kind && cell.size == size.name && cell.threads == threads;
+    });
     if (result == cells_.end()) continue;
     points.push_back({x(&size - BatchSizes().data()), y(std::log(((*result).*ratio)()))});
   }

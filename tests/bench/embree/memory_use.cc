@@ -7,6 +7,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "committed_scene.h"
+
 namespace dacrt::bench {
 namespace {
 
@@ -48,15 +50,15 @@ std::size_t Difference(std::size_t after, std::size_t before) {
 
 }  // namespace
 
-MemoryUse MeasureMemory(const std::string& path, const std::string& config, const BenchScene& scene,
-                        RayBuffer& rays) {
+MemoryUse MeasureMemory(const std::string& path, const std::string& config,
+                        const SceneContent& content, RayBuffer& rays) {
   const EmbreeLibrary library(path, config);
   Announced announced;
   library.api().rtcSetDeviceMemoryMonitorFunction(library.device().handle(), &Announced::Add,
                                                   &announced);
   const Resident before;
-  const CommittedScene committed(library, scene, RTC_BUILD_QUALITY_MEDIUM);
-  committed.Trace(Query::kClosest, Call::kIncoherentStream, rays.rays());
+  const CommittedScene committed(library, content, Build::kMedium);
+  committed.Trace(Query::kClosest, kIncoherentStream, rays.rays());
   malloc_trim(0);  // what is free again is not held, whether malloc has returned it yet or not
   const Resident after;
   return {.kept_announced = static_cast<std::size_t>(announced.now),
