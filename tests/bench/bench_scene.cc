@@ -127,7 +127,7 @@ TriangleMesh BenchScene::AsTriangleMesh() const {
 
 Imath::Box3f Bounds(const scenes::Mesh& mesh) {
   Imath::Box3f bounds;
-  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+  for (std::size_t i = 0; i < 3 * mesh.VertexCount(); i += 3) {  // there may be floats behind
     const float* const vertex = &mesh.positions[i];
     bounds.extendBy({vertex[0], vertex[1], vertex[2]});
   }

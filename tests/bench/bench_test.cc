@@ -166,6 +166,8 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   const json results = json::parse(ReadFile(Path("json")));
   ASSERT_EQ(results["cells"].size(), 8u);
   for (const json& cell : results["cells"]) {
+    EXPECT_EQ(cell["geometry"], "triangles");
+    EXPECT_GT(cell["equal_hits"], 0.999);
     EXPECT_GT(cell["one_shot_ratio"], 0);
     EXPECT_GT(cell["steady_ratio"], 0);
     const bool is_slice = cell["size"] == "4K";
@@ -199,6 +201,42 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   }
 }
 
+TEST_F(BenchTest, CallsGeometriesAndInstructionSetsAreMeasuredOnStillScenes) {
+  ASSERT_EQ(Run(EMBREE_BENCH,
+                "--scene box-36 --geometry quads instance --isa avx2 sse4.2 --kind shadow "
+                "--rays 1 8 64 --threads 2 --repeat 1 --json '" +
+                    Path("json") + "' --markdown '" + Path("page.md") + "'"),
+            0)
+      << Error();
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["cells"].size(), 12u);
+  for (const json& cell : results["cells"]) {
+    EXPECT_GT(cell["steady_ratio"], 0);
+    EXPECT_FALSE(cell.contains("one_shot_ratio"));
+    const std::string best = cell["embree_steady"];
+    EXPECT_TRUE(best.starts_with(cell["isa"].get<std::string>())) << best;
+  }
+  EXPECT_NE(ReadFile(Path("page.md")).find("| quads, 2 threads |"), std::string::npos);
+}
+
+TEST_F(BenchTest, CallsAreShownAsATable) {
+  std::ofstream(Path("triangle.obj")) << "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n";
+  ASSERT_EQ(Run(CALL_BENCH, "--scene '" + Path("triangle.obj") +
+                                "' --eye 0 0 3 --look-at 0 0 0 --fov 40 --geometry parts-200 "
+                                "--robust --kind primary ambient --rays 1 16 64 64K --side 64 "
+                                "--repeat 1 --seconds 0 --threads 2 --isa sse4.2 --drop-in '" +
+                                DROP_IN + "'"),
+            0)
+      << Error();
+  EXPECT_NE(Out().find("primary       16"), std::string::npos) << Out();
+  EXPECT_NE(Out().find("geometric mean"), std::string::npos);
+  for (const char* const bad : {"--kind caustics", "--rays 5", "--isa mmx", "--geometry hair",
+                                "--eye 0 0 0", "--drop-in nowhere.so", "--side 7"}) {
+    EXPECT_EQ(Run(CALL_BENCH, bad), 2) << bad;
+  }
+  EXPECT_EQ(Run(CALL_BENCH, "--scene '" + Path("missing.obj") + "'"), 3);
+}
+
 TEST_F(BenchTest, BadCommandLinesOfTheComparisonAreRefusedWithTheLegalValues) {
   std::ofstream(Path("list.json")) << "[]";
   const struct {
@@ -207,6 +245,8 @@ TEST_F(BenchTest, BadCommandLinesOfTheComparisonAreRefusedWithTheLegalValues) {
   } kCases[] = {
       {"--kind caustics", {"caustics", "primary", "diffuse"}},
       {"--rays 1000", {"1000", "64K", "16M"}},
+      {"--geometry hair", {"hair", "quads", "parts-10000"}},
+      {"--isa mmx", {"mmx", "avx2"}},
       {"--threads 0", {"threads"}},
       {"--repeat 0", {"repeat"}},
       {"--resume", {"--json"}},

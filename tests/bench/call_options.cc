@@ -25,13 +25,6 @@ threads for Embree and sent in one call to dacrt.
   tests/bench/run calls --scene sponza --kind diffuse --rays 1 64 1M --isa avx2
   tests/bench/run calls --scene scan.ply --eye 0 1 3 --look-at 0 1 0 --fov 40 --geometry quads --robust)";
 
-template <class Entries>
-std::vector<std::string> Names(const Entries& entries) {
-  std::vector<std::string> names;
-  for (const auto& entry : entries) names.push_back(entry.name);
-  return names;
-}
-
 }  // namespace
 
 std::optional<CallOptions> ParseCallOptions(int argc, char** argv) {
@@ -62,7 +55,7 @@ std::optional<CallOptions> ParseCallOptions(int argc, char** argv) {
       ->check(CLI::Range(1.0, 170.0))
       ->capture_default_str();
   app.add_option("--geometry", options.geometry, "Kind of geometry")
-      ->check(CLI::IsMember(Names(GeometryKinds())))
+      ->check(CLI::IsMember(NamesOf(GeometryKinds())))
       ->capture_default_str()
       ->type_name("KIND");
   app.add_flag("--robust", is_robust, "RTC_SCENE_FLAG_ROBUST");
@@ -80,11 +73,11 @@ std::optional<CallOptions> ParseCallOptions(int argc, char** argv) {
       ->check(CLI::ExistingFile)
       ->type_name("FILE");
   app.add_option("--kind", options.kinds, "Kinds of rays")
-      ->check(CLI::IsMember(Names(RayKinds())))
+      ->check(CLI::IsMember(NamesOf(RayKinds())))
       ->capture_default_str()
       ->type_name("KIND");
   app.add_option("--rays", options.sizes, "Rays a call")
-      ->check(CLI::IsMember(Names(BatchSizes())))
+      ->check(CLI::IsMember(NamesOf(BatchSizes())))
       ->capture_default_str()
       ->type_name("SIZE");
   app.add_option("--side", options.effort.sliced_side,

@@ -9,6 +9,9 @@ namespace dacrt::bench {
 /// With `digits` after the point.
 std::string Fixed(double value, int digits);
 
+/// With about three digits that count.
+std::string Significant(double value);
+
 /// A duration in seconds, to three significant digits or so.
 std::string Seconds(double seconds);
 

@@ -45,7 +45,8 @@ class EmbreeAtBest {
   };
 
   /// Tries every variant on some tens of thousands of rays from the middle of `rays`, then the two
-  /// best for each use on all of them. `batch` is size.RaysOfBatch of the picture.
+  /// best for each use on all of them, which then hold Embree's hits. `batch` is size.RaysOfBatch
+  /// of the picture.
   Best Find(Query query, const BatchSize& size, std::size_t batch, RayBuffer& rays) const;
 
   const EmbreeLibrary& Library(const EmbreeVariant& variant) const;

@@ -1,6 +1,7 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <span>
 #include <sstream>
@@ -8,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "batch_size.h"
+#include "cell_list.h"
 #include "command_line.h"
 #include "embree_contest.h"
 #include "embree_options.h"
@@ -23,11 +26,6 @@
 
 namespace dacrt::bench {
 namespace {
-
-// Memory is measured with the rays of these cells.
-bool MeasuresMemory(const Cell& cell) {
-  return cell.kind == "diffuse" && (cell.size == "64K" || cell.size == "1M");
-}
 
 MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayBuffer& rays) {
   const std::string config = DeviceConfig(cell.isa, cell.threads);
@@ -49,17 +47,18 @@ void Resume(const std::string& path, EmbreeResults& results) {
   }
 }
 
-// Calls `work` with each run of cells that have the member in common.
-template <class Member, class Work>
-void ForEachRun(std::span<const Cell> cells, Member Cell::*member, const Work& work) {
+// Calls `work` with each run of cells of which any two next to each other are alike.
+template <class AreAlike, class Work>
+void ForEachRun(std::span<const Cell> cells, const AreAlike& are_alike, const Work& work) {
   while (!cells.empty()) {
-    const auto end = std::ranges::find_if(
-        cells, [&](const Cell& cell) { return cell.*member != cells.front().*member; });
-    const std::size_t count = end - cells.begin();
+    const auto last = std::ranges::adjacent_find(cells, std::not_fn(are_alike));
+    const std::size_t count = last == cells.end() ? cells.size() : last - cells.begin() + 1;
     work(cells.first(count));
     cells = cells.subspan(count);
   }
 }
+
+bool AreOfOneScene(const Cell& a, const Cell& b) { return a.scene == b.scene; }
 
 class Benchmark {
  public:
@@ -74,13 +73,13 @@ class Benchmark {
 
   void Run() {
     Save();  // so that an output that cannot be written shows before measuring
-    ForEachRun(cells_, &Cell::scene, [&](std::span<const Cell> cells) {
+    ForEachRun(cells_, AreOfOneScene, [&](std::span<const Cell> cells) {
       progress_.Show(cells.front().scene + ": loading");
       try {
         BenchScene scene = SceneSource(cells.front().scene, options_.folder).Load();
         scene.mesh.positions.push_back(0);  // Embree reads it with the last vertex
-        ForEachRun(cells, &Cell::threads,
-                   [&](std::span<const Cell> group) { MeasureScene(scene, group); });
+        ForEachRun(cells, AreMeasuredTogether,
+                   [&](std::span<const Cell> group) { MeasureTogether(scene, group); });
       } catch (const UnreadableScene& error) {
         is_complete_ = false;
         progress_.Say(error.what());
@@ -90,18 +89,22 @@ class Benchmark {
   }
 
  private:
-  void MeasureScene(const BenchScene& scene, std::span<const Cell> cells) {
-    progress_.Show(cells.front().scene + ": commits");
-    const SceneContent content = FindGeometryKind(cells.front().geometry)->make(scene);
-    EmbreeContest contest(
-        scene, content, {.isa = cells.front().isa, .threads = cells.front().threads, .anew = true},
-        {.repeat = options_.repeat});
+  void MeasureTogether(const BenchScene& scene, std::span<const Cell> cells) {
+    const Cell& first = cells.front();
+    progress_.Show(Name(first) + ": commits");
+    const SceneContent content = FindGeometryKind(first.geometry)->make(scene);
+    EmbreeContest contest(scene, content,
+                          {.isa = first.isa,
+                           .threads = first.threads,
+                           .anew = std::ranges::any_of(cells, MeasuresOneShot)},
+                          options_.effort);
     for (const Cell& cell : cells) {
       const std::string name = Name(cell);
       const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
       show("making rays");
       RayBuffer rays = contest.MakeRays(cell);
-      if (rays.rays().empty()) {
+      const BatchSize& size = *FindBatchSize(cell.size);
+      if (rays.rays().size() < (size.IsSlice() ? size.rays : 1)) {
         progress_.Finish(name + ": there are no such rays");
         continue;
       }
@@ -116,8 +119,9 @@ class Benchmark {
       }
       Save();
       const CellResult& result = results_.cells.back();
-      progress_.Finish(name + ": one shot x " + Fixed(result.OneShotRatio(), 2) + ", steady x " +
-                       Fixed(result.SteadyRatio(), 2));
+      progress_.Finish(
+          name + (result.HasOneShot() ? ": one shot x " + Fixed(result.OneShotRatio(), 2) : ":") +
+          " steady x " + Fixed(result.SteadyRatio(), 2));
     }
   }
 
@@ -147,7 +151,7 @@ int Main(int argc, char** argv) {
   if (!options) return kSuccess;
   EmbreeResults results{.command = CommandText("tests/bench/run embree", argc, argv),
                         .processor = ProcessorName(),
-                        .repeat = options->repeat,
+                        .repeat = options->effort.repeat,
                         .cells = {},
                         .memory = {}};
   if (options->resume) Resume(options->json, results);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "cell_list.h"
 #include "hit_shares.h"
 #include "timing.h"
 
@@ -72,17 +73,17 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
 
   on_step("looking for Embree's best");
   const EmbreeAtBest::Best best = embree_.Find(query, size, batch, rays);
-  const CommittedScene& still_embree = embree_.StillScene(best.steady);
-  Deliver(still_embree, query, best.steady.delivery, rays);
   hits.Check(rays);
 
+  const CommittedScene& still_embree = embree_.StillScene(best.steady);
+  const bool anew = setup_.anew && MeasuresOneShot(cell);
   CellResult result{.cell = cell,
                     .triangles = scene_.TriangleCount(),
                     .rays = batch,
                     .batches = batches,
                     .hits = hits.hits(),
                     .equal_hits = hits.Equal(rays),
-                    .embree_one_shot = setup_.anew ? Name(best.one_shot) : "",
+                    .embree_one_shot = anew ? Name(best.one_shot) : "",
                     .embree_steady = Name(best.steady),
                     .embree = {},
                     .dacrt = {}};
@@ -100,7 +101,7 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
                                                  stopwatch.Seconds() < effort_.rounds_seconds);
        ++round) {
     on_step("round " + std::to_string(round + 1));
-    if (setup_.anew) {
+    if (anew) {
       one_shot(embree_.Library(best.one_shot), best.one_shot.build, best.one_shot.delivery,
                result.embree);
       one_shot(drop_in_, kDropInBuild, to_drop_in, result.dacrt);

@@ -23,7 +23,7 @@ struct Effort {
 struct ContestSetup {
   std::string isa;
   int threads = 1;
-  bool anew = false;  ///< scenes are committed anew, too: Embree may use its quickest builder
+  bool anew = false;  ///< cells that have a one shot (cell_list.h) are measured with it
   std::string drop_in = DACRT_DROP_IN;  ///< the library
 };
 

@@ -5,14 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "embree_contest.h"
 #include "embree_results.h"
 
 namespace dacrt::bench {
 
 struct EmbreeOptions {
-  std::vector<Cell> cells;  ///< scene by scene; of a scene, one number of threads after the other
+  std::vector<Cell> cells;  ///< scene by scene; those that are measured together follow each other
   std::string folder;       ///< of the PLY scenes
-  int repeat = 3;
+  Effort effort;
   std::string json, markdown, plots;  ///< where to write; empty: nowhere
   bool resume = false;
 };

@@ -7,6 +7,7 @@
 
 #include "batch_size.h"
 #include "chart.h"
+#include "isa.h"
 #include "output_file.h"
 #include "ray_kind.h"
 
@@ -55,16 +56,23 @@ std::vector<double> RatioTicks(double least, double most) {
   return {above - 1, end + 1};
 }
 
+bool IsPlotted(const Cell& cell) {
+  return cell.geometry == "triangles" && cell.isa == IsasHere().front();
+}
+
 ScenePlot::ScenePlot(const std::vector<CellResult>& cells, const std::string& scene)
     : scene_(scene) {
   std::set<int> threads;
   double least = 1, most = 2;
   for (const CellResult& result : cells) {
-    if (result.cell.scene != scene) continue;
+    if (result.cell.scene != scene || !IsPlotted(result.cell)) continue;
     cells_.push_back(result);
     threads.insert(result.cell.threads);
-    least = std::min({least, result.OneShotRatio(), result.SteadyRatio()});
-    most = std::max({most, result.OneShotRatio(), result.SteadyRatio()});
+    least = std::min(least, result.SteadyRatio());
+    most = std::max(most, result.SteadyRatio());
+    if (!result.HasOneShot()) continue;
+    least = std::min(least, result.OneShotRatio());
+    most = std::max(most, result.OneShotRatio());
   }
   for (const int count : threads) {
     const std::string on = count == 1 ? ", 1 thread" : ", " + std::to_string(count) + " threads";
@@ -81,14 +89,18 @@ std::string ScenePlot::Draw() {
     return Point{kMargin + (panel % kColumns) * (kWidth + kMargin),
                  kMargin + kTitleHeight + (panel / kColumns) * (kHeight + kMargin)};
   };
-  const std::span<const RayKind> kinds = RayKinds();
-  for (std::size_t i = 0; i < kinds.size(); ++i) DrawPanel(corner(i), kinds[i].name);
+  std::size_t panels = 0;
+  for (const RayKind& kind : RayKinds()) {
+    if (std::ranges::none_of(cells_, [&](const CellResult& r) { return r.cell.kind == kind.name; }))
+      continue;
+    DrawPanel(corner(panels++), kind.name);
+  }
   std::vector<LegendEntry> legend;
   for (const Line& line : lines_) legend.push_back({line.name, Colour(legend.size())});
   const double width = kMargin + kColumns * (kWidth + kMargin);
   DrawLegend(svg_, {width + kMargin, kMargin + kTitleHeight + kTop}, legend);
   constexpr double kLegendWidth = 150;
-  return svg_.Finish(width + kLegendWidth, corner(kinds.size()).y);
+  return svg_.Finish(width + kLegendWidth, corner(panels + panels % kColumns).y);
 }
 
 void ScenePlot::DrawPanel(Point corner, const std::string& kind) {
@@ -120,6 +132,7 @@ void ScenePlot::DrawLine(const Scale& x, const Scale& y, const std::string& kind
       return cell.kind == kind && cell.size == size.name && cell.threads == threads;
     });
     if (result == cells_.end()) continue;
+    if (ratio == &CellResult::OneShotRatio && !result->HasOneShot()) continue;
     points.push_back({x(&size - BatchSizes().data()), y(std::log(((*result).*ratio)()))});
   }
   svg_.Polyline(points, Colour(line));
@@ -134,7 +147,9 @@ std::string EmbreePlot(const EmbreeResults& results, const std::string& scene) {
 
 void WriteEmbreePlots(const EmbreeResults& results, const std::filesystem::path& folder) {
   std::set<std::string> scenes;
-  for (const CellResult& result : results.cells) scenes.insert(result.cell.scene);
+  for (const CellResult& result : results.cells) {
+    if (IsPlotted(result.cell)) scenes.insert(result.cell.scene);
+  }
   for (const std::string& scene : scenes) {
     const std::string stem = std::filesystem::path(scene).stem();  // of a name, the name
     WriteFile(folder / (stem + ".svg"), EmbreePlot(results, scene));

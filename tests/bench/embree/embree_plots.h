@@ -9,7 +9,7 @@
 namespace dacrt::bench {
 
 /// A panel for each kind of rays: both ratios, a line for each number of threads, against the
-/// number of rays a call.
+/// number of rays a call. Of triangles, on the best instruction set.
 std::string EmbreePlot(const EmbreeResults& results, const std::string& scene);
 
 /// Writes SCENE.svg into the folder for each scene. Throws OutputError (errors.h).

@@ -21,12 +21,14 @@ Json ToJson(const MemoryUse& use) {
   return {{"kept_announced_bytes", use.kept_announced},
           {"peak_announced_bytes", use.peak_announced},
           {"kept_resident_bytes", use.kept_resident},
-          {"peak_resident_bytes", use.peak_resident}};
+          {"peak_resident_bytes", use.peak_resident},
+          {"left_resident_bytes", use.left_resident}};
 }
 
 MemoryUse MemoryUseFrom(const Json& json) {
   return {json.at("kept_announced_bytes"), json.at("peak_announced_bytes"),
-          json.at("kept_resident_bytes"), json.at("peak_resident_bytes")};
+          json.at("kept_resident_bytes"), json.at("peak_resident_bytes"),
+          json.at("left_resident_bytes")};
 }
 
 Json ToJson(const Cell& cell, std::size_t triangles, std::size_t rays) {

@@ -54,6 +54,7 @@ struct CellResult {
 struct MemoryUse {
   std::size_t kept_announced, peak_announced;  ///< to the memory monitor
   std::size_t kept_resident, peak_resident;    ///< in the memory of the process
+  std::size_t left_resident;                   ///< when the scene has been released: the workspaces
 };
 
 /// Each library in a process of its own, with the same rays.

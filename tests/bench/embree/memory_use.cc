@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "committed_scene.h"
 
@@ -57,14 +59,19 @@ MemoryUse MeasureMemory(const std::string& path, const std::string& config,
   library.api().rtcSetDeviceMemoryMonitorFunction(library.device().handle(), &Announced::Add,
                                                   &announced);
   const Resident before;
-  const CommittedScene committed(library, content, Build::kMedium);
-  committed.Trace(Query::kClosest, kIncoherentStream, rays.rays());
+  std::optional<CommittedScene> committed(std::in_place, library, content, Build::kMedium);
+  committed->Trace(Query::kClosest, kIncoherentStream, rays.rays());
   malloc_trim(0);  // what is free again is not held, whether malloc has returned it yet or not
   const Resident after;
-  return {.kept_announced = static_cast<std::size_t>(announced.now),
+  const auto kept_announced = static_cast<std::size_t>(announced.now);
+  committed.reset();
+  malloc_trim(0);
+  const Resident left;
+  return {.kept_announced = kept_announced,
           .peak_announced = static_cast<std::size_t>(announced.peak),
           .kept_resident = Difference(after.anonymous, before.anonymous),
-          .peak_resident = Difference(after.peak - after.files, before.anonymous)};
+          .peak_resident = Difference(after.peak - after.files, before.anonymous),
+          .left_resident = Difference(left.anonymous, before.anonymous)};
 }
 
 }  // namespace dacrt::bench
