@@ -163,6 +163,12 @@ BenchScene SceneSource::Load() const {
   return scene;
 }
 
+BenchScene SceneSource::LoadForEmbree() const {
+  BenchScene scene = Load();
+  scene.mesh.positions.push_back(0);
+  return scene;
+}
+
 std::vector<std::string> SceneNames() {
   std::vector<std::string> names(std::begin(kHalls), std::end(kHalls));
   for (const KnownMesh& mesh : kKnownMeshes) names.push_back(mesh.name);

@@ -56,6 +56,9 @@ class SceneSource {
   /// Throws UnreadableScene (errors.h).
   BenchScene Load() const;
 
+  /// The same, with a float behind the last vertex, which Embree reads.
+  BenchScene LoadForEmbree() const;
+
  private:
   std::string name_;
   std::filesystem::path file_;  ///< empty for a generated scene

@@ -151,7 +151,7 @@ TEST_F(BenchTest, SceneThatCannotBeReadDoesNotStopTheOthers) {
 }
 
 TEST_F(BenchTest, OutputThatCannotBeWrittenIsFoundBeforeMeasuring) {
-  for (const char* const program : {METHOD_BENCH, EMBREE_BENCH}) {
+  for (const char* const program : {METHOD_BENCH, EMBREE_BENCH, MOVING_BENCH}) {
     ASSERT_EQ(Run(program, "--full --json '" + Path("missing/json") + "'"), 5) << program;
     EXPECT_NE(Error().find("missing/json"), std::string::npos) << program;
     EXPECT_FALSE(std::filesystem::exists(Path("missing"))) << program;
@@ -269,6 +269,34 @@ TEST_F(BenchTest, ComparisonGoesOnWithoutASceneThatCannotBeRead) {
       << Error();
   EXPECT_NE(Error().find("missing.obj"), std::string::npos);
   EXPECT_EQ(json::parse(ReadFile(Path("json")))["cells"].size(), 1u);
+}
+
+TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
+  const std::string measure =
+      "--scene box-36 '" + Path("missing.obj") + "' --change wave replaced --kind diffuse " +
+      "--rays 1K 10K --repeat 1 --json '" + Path("json") + "' --markdown '" + Path("page.md") +
+      "' --plots '" + Path("plots") + "'";
+  ASSERT_EQ(Run(MOVING_BENCH, measure + " --threads 1"), 3) << Error();
+  EXPECT_NE(Error().find("missing.obj"), std::string::npos);
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["cells"].size(), 4u);
+  for (const json& cell : results["cells"]) {
+    EXPECT_GT(cell["ratio"], 0);
+    EXPECT_GT(cell["equal_hits"], 0.99);
+  }
+  EXPECT_NE(ReadFile(Path("page.md")).find("| waves | worst cell | 2 |"), std::string::npos);
+  EXPECT_NE(Out().find("box-36"), std::string::npos);
+  EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/moving-box-36.svg")));
+
+  ASSERT_EQ(Run(MOVING_BENCH, measure + " --resume --threads 1 2"), 3) << Error();
+  const json resumed = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(resumed["cells"].size(), 8u);
+  EXPECT_EQ(resumed["cells"][0], results["cells"][0]);
+
+  for (const char* const bad :
+       {"--change melting", "--rays 64K", "--kind shadow", "--resume", "--threads 0"}) {
+    EXPECT_EQ(Run(MOVING_BENCH, bad), 2) << bad;
+  }
 }
 
 TEST_F(BenchTest, WellFormednessIsNoticed) {

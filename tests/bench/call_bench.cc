@@ -20,8 +20,7 @@ std::string Rate(const CellResult& result, const Times& times) {
 }
 
 BenchScene LoadScene(const CallOptions& options) {
-  BenchScene scene = SceneSource(options.scene, options.folder).Load();
-  scene.mesh.positions.push_back(0);  // Embree reads it with the last vertex
+  BenchScene scene = SceneSource(options.scene, options.folder).LoadForEmbree();
   if (options.view) scene.view = *options.view;
   return scene;
 }

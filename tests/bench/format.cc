@@ -16,6 +16,10 @@ std::string Seconds(double seconds) {
   return Fixed(seconds, seconds < 1 ? 4 : seconds < 10 ? 3 : seconds < 100 ? 2 : 1);
 }
 
+std::string ThreadsText(int threads) {
+  return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
+}
+
 std::string Grouped(std::size_t count) {
   std::string text = std::to_string(count);
   for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ' ');

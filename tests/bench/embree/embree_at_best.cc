@@ -8,21 +8,13 @@
 namespace dacrt::bench {
 namespace {
 
-// Enough rays to tell the variants apart; more only where it is between the best.
+// More only where it is between the best.
 constexpr std::size_t kHeatRays = 32'768;
 constexpr std::size_t kFinalists = 2;
 
 // Embree's 16-wide coherent occlusion is known not to return on some scenes; AVX2 stands in for it.
 bool IsUsable(const std::string& isa, const Call& call, Query query) {
   return !(isa == "avx512" && call.is_coherent && query == Query::kAny);
-}
-
-// From the middle, and still full packets.
-RayBuffer HeatRays(const RayBuffer& rays) {
-  constexpr std::size_t kMostPacket = 16;
-  const std::size_t all = rays.rays().size();
-  const std::size_t count = std::min(all, kHeatRays);
-  return rays.Part((all - count) / 2 / kMostPacket * kMostPacket, count);
 }
 
 }  // namespace
@@ -41,6 +33,13 @@ std::vector<std::size_t> SliceSizes(std::size_t batch, int threads) {
   if (batch >= 2 * kSlices[1] * threads) return {std::begin(kSlices), std::end(kSlices)};
   // A small one is shared out once, or is not worth it.
   return {(batch + threads - 1) / threads, batch};
+}
+
+RayBuffer HeatRays(const RayBuffer& rays) {
+  constexpr std::size_t kMostPacket = 16;
+  const std::size_t all = rays.rays().size();
+  const std::size_t count = std::min(all, kHeatRays);
+  return rays.Part((all - count) / 2 / kMostPacket * kMostPacket, count);
 }
 
 Delivery DeliveryOfCalls(const Call& call, std::size_t batch, int threads) {

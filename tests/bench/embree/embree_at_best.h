@@ -27,6 +27,9 @@ std::string Name(const EmbreeVariant& variant);
 /// Into how many rays a call to cut a batch, so that this many threads have work.
 std::vector<std::size_t> SliceSizes(std::size_t batch, int threads);
 
+/// Some tens of thousands of rays from the middle, in full packets: enough to tell ways apart.
+RayBuffer HeatRays(const RayBuffer& rays);
+
 /// How single rays and packets are sent from this many threads, which take runs of them.
 Delivery DeliveryOfCalls(const Call& call, std::size_t batch, int threads);
 

@@ -1,7 +1,5 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
 #include <algorithm>
-#include <fstream>
-#include <functional>
 #include <iostream>
 #include <span>
 #include <sstream>
@@ -11,6 +9,7 @@
 
 #include "batch_size.h"
 #include "cell_list.h"
+#include "cell_runs.h"
 #include "command_line.h"
 #include "embree_contest.h"
 #include "embree_options.h"
@@ -36,28 +35,6 @@ MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayB
           .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config, scene, cell.geometry, rays)};
 }
 
-// The cells that an earlier run has written; none if there was none.
-void Resume(const std::string& path, EmbreeResults& results) {
-  std::ifstream file(path);
-  if (!file) return;
-  try {
-    AddCells(nlohmann::ordered_json::parse(file), results);
-  } catch (const nlohmann::json::exception&) {
-    throw UsageError(path + " is not a result that can be resumed");
-  }
-}
-
-// Calls `work` with each run of cells of which any two next to each other are alike.
-template <class AreAlike, class Work>
-void ForEachRun(std::span<const Cell> cells, const AreAlike& are_alike, const Work& work) {
-  while (!cells.empty()) {
-    const auto last = std::ranges::adjacent_find(cells, std::not_fn(are_alike));
-    const std::size_t count = last == cells.end() ? cells.size() : last - cells.begin() + 1;
-    work(cells.first(count));
-    cells = cells.subspan(count);
-  }
-}
-
 bool AreOfOneScene(const Cell& a, const Cell& b) { return a.scene == b.scene; }
 
 class Benchmark {
@@ -72,12 +49,12 @@ class Benchmark {
   bool is_complete() const { return is_complete_; }
 
   void Run() {
-    Save();  // so that an output that cannot be written shows before measuring
-    ForEachRun(cells_, AreOfOneScene, [&](std::span<const Cell> cells) {
+    Save(options_.outputs,
+         results_);  // so that an output that cannot be written shows before measuring
+    ForEachRun(std::span(cells_), AreOfOneScene, [&](std::span<const Cell> cells) {
       progress_.Show(cells.front().scene + ": loading");
       try {
-        BenchScene scene = SceneSource(cells.front().scene, options_.folder).Load();
-        scene.mesh.positions.push_back(0);  // Embree reads it with the last vertex
+        const BenchScene scene = SceneSource(cells.front().scene, options_.folder).LoadForEmbree();
         ForEachRun(cells, AreMeasuredTogether,
                    [&](std::span<const Cell> group) { MeasureTogether(scene, group); });
       } catch (const UnreadableScene& error) {
@@ -117,25 +94,12 @@ class Benchmark {
         show("memory");
         results_.memory.push_back(MeasureMemoryOfBoth(cell, scene, rays));
       }
-      Save();
+      // After every cell: what was measured is not lost if the run ends early.
+      Save(options_.outputs, results_);
       const CellResult& result = results_.cells.back();
       progress_.Finish(
           name + (result.HasOneShot() ? ": one shot x " + Fixed(result.OneShotRatio(), 2) : ":") +
           " steady x " + Fixed(result.SteadyRatio(), 2));
-    }
-  }
-
-  // After every cell: what was measured is not lost if the run ends early.
-  void Save() const {
-    if (!options_.json.empty()) WriteFile(options_.json, JsonText(ToJson(results_)));
-    if (!options_.markdown.empty()) {
-      std::ostringstream text;
-      PrintMarkdown(results_, text);
-      WriteFile(options_.markdown, text.str());
-    }
-    if (!options_.plots.empty()) {
-      MakeFolder(options_.plots);
-      WriteEmbreePlots(results_, options_.plots);
     }
   }
 
@@ -154,7 +118,7 @@ int Main(int argc, char** argv) {
                         .repeat = options->effort.repeat,
                         .cells = {},
                         .memory = {}};
-  if (options->resume) Resume(options->json, results);
+  if (options->outputs.resume) Resume(options->outputs.json, results);
   std::vector<Cell> cells = options->cells;
   std::erase_if(cells, [&](const Cell& cell) {
     return std::ranges::find(results.cells, cell, &CellResult::cell) != results.cells.end();

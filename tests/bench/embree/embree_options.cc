@@ -1,8 +1,5 @@
 #include "embree_options.h"
 
-#include <algorithm>
-#include <thread>
-
 #include "batch_size.h"
 #include "bench_scene.h"
 #include "cell_list.h"
@@ -42,8 +39,7 @@ std::optional<EmbreeOptions> ParseEmbreeOptions(int argc, char** argv) {
   EmbreeOptions options;
   options.folder = DACRT_SCENES_DIR;
   Block named;
-  std::vector<int> threads = {1,
-                              std::max(1, static_cast<int>(std::thread::hardware_concurrency()))};
+  std::vector<int> threads = OneAndAllThreads();
   bool is_full = false;
 
   CLI::App app(kDescription);
@@ -54,32 +50,20 @@ std::optional<EmbreeOptions> ParseEmbreeOptions(int argc, char** argv) {
   app.add_option("--scenes-dir", options.folder, "Folder of the PLY scenes")
       ->envname("DACRT_SCENES_DIR")
       ->type_name("DIR");
-  const auto add_names = [&app](const char* option, std::vector<std::string>& names,
-                                const std::vector<std::string>& legal, const char* text) {
-    app.add_option(option, names, text)->check(CLI::IsMember(legal))->type_name("NAME");
-  };
-  add_names("--geometry", named.geometries, NamesOf(GeometryKinds()), "Kinds of geometry");
-  add_names("--isa", named.isas, IsasHere(), "Instruction sets that both are limited to");
-  add_names("--kind", named.kinds, NamesOf(RayKinds()), "Kinds of rays");
-  add_names("--rays", named.sizes, NamesOf(BatchSizes()), "Rays a call");
-  app.add_option("--threads", threads, "Numbers of threads, by default one and all")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  AddNamesOption(app, "--geometry", named.geometries, NamesOf(GeometryKinds()),
+                 "Kinds of geometry");
+  AddNamesOption(app, "--isa", named.isas, IsasHere(), "Instruction sets that both are limited to");
+  AddNamesOption(app, "--kind", named.kinds, NamesOf(RayKinds()), "Kinds of rays");
+  AddNamesOption(app, "--rays", named.sizes, NamesOf(BatchSizes()), "Rays a call");
+  AddThreadsOption(app, threads);
   app.add_option("--repeat", options.effort.repeat,
                  "Rounds, of which the median counts; short ones more")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->type_name("N");
-  CLI::Option* const json =
-      app.add_option("--json", options.json, "Write all figures")->type_name("FILE");
-  app.add_option("--markdown", options.markdown, "Write the tables")->type_name("FILE");
-  app.add_option("--plots", options.plots, "Write plots as SVG")->type_name("DIR");
-  app.add_flag("--resume", options.resume, "Keep the cells that the JSON file has already")
-      ->needs(json);
+  AddOutputOptions(app, options.outputs);
   if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
 
-  std::ranges::sort(threads);
-  threads.erase(std::ranges::unique(threads).begin(), threads.end());
   if (!is_full) {
     // Less than ten minutes.
     options.effort.rounds_seconds = 0.3;

@@ -7,6 +7,7 @@
 
 #include "embree_contest.h"
 #include "embree_results.h"
+#include "outputs.h"
 
 namespace dacrt::bench {
 
@@ -14,8 +15,7 @@ struct EmbreeOptions {
   std::vector<Cell> cells;  ///< scene by scene; those that are measured together follow each other
   std::string folder;       ///< of the PLY scenes
   Effort effort;
-  std::string json, markdown, plots;  ///< where to write; empty: nowhere
-  bool resume = false;
+  Outputs outputs;
 };
 
 /// Nothing if only help was asked for, which has then been printed. Throws UsageError (errors.h).

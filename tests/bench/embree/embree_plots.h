@@ -13,6 +13,6 @@ namespace dacrt::bench {
 std::string EmbreePlot(const EmbreeResults& results, const std::string& scene);
 
 /// Writes SCENE.svg into the folder for each scene. Throws OutputError (errors.h).
-void WriteEmbreePlots(const EmbreeResults& results, const std::filesystem::path& folder);
+void WritePlots(const EmbreeResults& results, const std::filesystem::path& folder);
 
 }  // namespace dacrt::bench

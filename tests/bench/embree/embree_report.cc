@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <map>
-#include <ostream>
 #include <utility>
 
 #include "batch_size.h"
 #include "format.h"
 #include "goals.h"
 #include "isa.h"
+#include "sections.h"
 #include "table.h"
 #include "timing.h"
 
@@ -16,12 +16,6 @@ namespace dacrt::bench {
 namespace {
 
 constexpr double kMillion = 1e6;
-
-struct Section {
-  std::string title;
-  std::string note;
-  Table table;
-};
 
 std::string Milliseconds(double seconds) { return Significant(seconds * 1e3); }
 
@@ -68,17 +62,13 @@ Table SummaryTable(const EmbreeResults& results, const char* title, const RowOf&
   return table;
 }
 
-std::string Threads(int threads) {
-  return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
-}
-
 Section ByKind(const EmbreeResults& results) {
   return {"By kind of rays",
           "One shot / steady, or steady alone, against the rays a call: geometric means over the "
           "scenes. Triangles, the best instruction set.",
           SummaryTable(results, "rays", [](const Cell& cell) -> std::string {
             if (cell.geometry != "triangles" || cell.isa != IsasHere().front()) return "";
-            return cell.kind + ", " + Threads(cell.threads);
+            return cell.kind + ", " + ThreadsText(cell.threads);
           })};
 }
 
@@ -86,7 +76,7 @@ Section ByScene(const EmbreeResults& results) {
   return {"By scene", "The same, over the kinds of rays.",
           SummaryTable(results, "scene", [](const Cell& cell) -> std::string {
             if (cell.geometry != "triangles" || cell.isa != IsasHere().front()) return "";
-            return cell.scene + ", " + Threads(cell.threads);
+            return cell.scene + ", " + ThreadsText(cell.threads);
           })};
 }
 
@@ -94,7 +84,7 @@ Section ByGeometry(const EmbreeResults& results) {
   return {"By kind of geometry", "Steady, over the scenes and the kinds of rays.",
           SummaryTable(results, "geometry", [](const Cell& cell) -> std::string {
             if (cell.geometry == "triangles") return "";
-            return cell.geometry + ", " + Threads(cell.threads);
+            return cell.geometry + ", " + ThreadsText(cell.threads);
           })};
 }
 
@@ -176,26 +166,18 @@ std::vector<Section> Sections(const EmbreeResults& results) {
   return sections;
 }
 
-std::string Conditions(const EmbreeResults& results) {
-  return results.processor + ", median of " + std::to_string(results.repeat) + " rounds or more";
+Conditions ConditionsOf(const EmbreeResults& results) {
+  return {results.command, results.processor, results.repeat};
 }
 
 }  // namespace
 
 void PrintText(const EmbreeResults& results, std::ostream& out) {
-  out << Conditions(results) << '\n';
-  for (const Section& section : Sections(results)) {
-    out << '\n' << section.title << "\n\n" << section.note << '\n';
-    section.table.Print(out);
-  }
+  PrintSections(ConditionsOf(results), Sections(results), out);
 }
 
 void PrintMarkdown(const EmbreeResults& results, std::ostream& out) {
-  out << Conditions(results) << ":\n\n```sh\n" << results.command << "\n```\n";
-  for (const Section& section : Sections(results)) {
-    out << "\n## " << section.title << "\n\n" << section.note << "\n\n";
-    section.table.PrintMarkdown(out);
-  }
+  PrintSectionsMarkdown(ConditionsOf(results), Sections(results), out);
 }
 
 }  // namespace dacrt::bench

@@ -1,5 +1,6 @@
 #include "embree_results.h"
 
+#include "format.h"
 #include "timing.h"
 
 namespace dacrt::bench {
@@ -92,7 +93,7 @@ Json ListOf(const std::vector<Result>& results) {
 std::string Name(const Cell& cell) {
   const std::string geometry = cell.geometry == "triangles" ? "" : ", " + cell.geometry;
   return cell.scene + geometry + ", " + cell.isa + ", " + cell.kind + ", " + cell.size + ", " +
-         std::to_string(cell.threads) + (cell.threads == 1 ? " thread" : " threads");
+         ThreadsText(cell.threads);
 }
 
 double Times::OneShot() const {

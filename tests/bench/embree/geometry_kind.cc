@@ -1,12 +1,11 @@
 #include "geometry_kind.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include "mesh_cut.h"
 #include "mesh_shapes.h"
+#include "turn.h"
 #include "wave.h"
 
 namespace dacrt::bench {
@@ -59,22 +58,11 @@ SceneContent WithUserGeometry(const BenchScene& scene) {
   return content;
 }
 
-// By so little about the y axis through the middle that the view stays what it is.
-Transform SlightTurn(const BenchScene& scene) {
-  constexpr float kAngle = std::numbers::pi_v<float> / 180;
-  const float c = std::cos(kAngle), s = std::sin(kAngle);
-  const Imath::V3f middle = Bounds(scene.mesh).center();
-  return {c,   0,
-          -s,  0,
-          1,   0,
-          s,   0,
-          c,   middle.x - c * middle.x - s * middle.z,
-          0.f, middle.z + s * middle.x - c * middle.z};
-}
-
 SceneContent Instances(const BenchScene& scene, std::size_t count) {
   SceneContent parts;
   CutIntoParts(scene.mesh, count, parts);
+  // By so little that the view stays what it is.
+  const Transform turned = TurnAbout(Bounds(scene.mesh).center(), 1);
   SceneContent content;
   content.floats = std::move(parts.floats);
   content.numbers = std::move(parts.numbers);
@@ -82,7 +70,7 @@ SceneContent Instances(const BenchScene& scene, std::size_t count) {
     GeometryContent& instance = content.geometries.emplace_back();
     instance.type = RTC_GEOMETRY_TYPE_INSTANCE;
     instance.scene = content.instanced.size();
-    instance.transform = SlightTurn(scene);
+    instance.transform = turned;
     content.instanced.emplace_back().geometries.push_back(std::move(part));
   }
   return content;
@@ -96,7 +84,7 @@ SceneContent Moving(const BenchScene& scene) {
   SceneContent content = Triangles(scene);
   content.needs.times = true;
   content.floats.push_back(scene.mesh.positions);
-  Wave(scene.mesh).Apply(0.25f, content.floats.back());
+  Wave(scene.mesh).Apply(0.25f, 0, content.floats.back());
   content.geometries.front().vertices.push_back(content.floats.back().data());
   return content;
 }

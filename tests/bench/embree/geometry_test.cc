@@ -18,16 +18,10 @@
 namespace dacrt::bench {
 namespace {
 
-BenchScene LoadHall() {
-  BenchScene hall = SceneSource("hall-75k", "").Load();
-  hall.mesh.positions.push_back(0);  // Embree reads it with the last vertex
-  return hall;
-}
-
 class GeometryTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(GeometryTest, BothLibrariesFindTheSameHits) {
-  const BenchScene hall = LoadHall();
+  const BenchScene hall = SceneSource("hall-75k", "").LoadForEmbree();
   const SceneContent content = FindGeometryKind(GetParam())->make(hall);
   const EmbreeLibrary embree(DACRT_REAL_EMBREE, "threads=1");
   const EmbreeLibrary drop_in(DACRT_DROP_IN, "threads=1");
@@ -128,13 +122,13 @@ TEST(WaveTest, MovesEveryVertexALittleAndComesBack) {
   const BenchScene room = Room();
   const Wave wave(room.mesh);
   std::vector<float> moved = room.mesh.positions, back = moved;
-  wave.Apply(0.25f, moved);
+  wave.Apply(0.25f, 0, moved);
   EXPECT_NE(moved, room.mesh.positions);
   const float diagonal = Bounds(room.mesh).size().length();
   for (std::size_t i = 0; i < moved.size(); ++i) {
     EXPECT_NEAR(moved[i], room.mesh.positions[i], 0.01f * diagonal);
   }
-  wave.Apply(1.25f, back);
+  wave.Apply(1.25f, 0, back);
   for (std::size_t i = 0; i < moved.size(); ++i) EXPECT_NEAR(moved[i], back[i], 1e-4f);
 }
 

@@ -5,6 +5,7 @@
 
 #include "batch_size.h"
 #include "cell_list.h"
+#include "format.h"
 #include "isa.h"
 
 namespace dacrt::bench {
@@ -74,9 +75,8 @@ class Figures {
       if (!IsOf(cell, "triangles", best_isa_) || !IsMainKind(cell) || SizeOf(cell).IsStream()) {
         continue;
       }
-      const std::string group = cell.scene + ", " + cell.size + " a call, " +
-                                std::to_string(cell.threads) +
-                                (cell.threads == 1 ? " thread" : " threads");
+      const std::string group =
+          cell.scene + ", " + cell.size + " a call, " + ThreadsText(cell.threads);
       samples.push_back({result.SteadyRatio(), Name(cell), group});
     }
     AtLeast(1.0, "one ray a call; packets of 4, 8, 16", kMean, samples);

@@ -45,4 +45,17 @@ struct SceneContent {
   std::deque<std::vector<uint32_t>> numbers;  ///< the same
 };
 
+/// What has become of a run of a scene's geometries.
+struct ContentChange {
+  enum class Of {
+    kVertices,    ///< moved, where they are
+    kPrimitives,  ///< others, in another array
+    kTransform,   ///< of instances
+    kAll,         ///< another geometry
+  };
+
+  Of of;
+  std::size_t first, count;  ///< geometries
+};
+
 }  // namespace dacrt::bench

@@ -20,10 +20,10 @@ Wave::Wave(const scenes::Mesh& rest) : rest_(rest) {
   length_ = kLength * diagonal;
 }
 
-void Wave::Apply(float turns, std::vector<float>& positions) const {
+void Wave::Apply(float turns, std::size_t first, std::span<float> positions) const {
   constexpr float kTurn = 2 * std::numbers::pi_v<float>;
-  for (std::size_t i = 0; i < 3 * rest_.VertexCount(); i += 3) {
-    const float* const from = &rest_.positions[i];
+  for (std::size_t i = 0; i + 3 <= positions.size(); i += 3) {
+    const float* const from = &rest_.positions[3 * first + i];
     positions[i] = from[0];
     positions[i + 1] = from[1] + height_ * std::sin(kTurn * (from[0] / length_ + turns));
     positions[i + 2] = from[2];

@@ -1,7 +1,8 @@
 // A wave that runs through a mesh: every vertex moves, and the triangles stay what they are.
 #pragma once
 
-#include <vector>
+#include <cstddef>
+#include <span>
 
 #include "scenes/hall.h"
 
@@ -12,9 +13,9 @@ class Wave {
   /// The mesh at rest, which must outlive this.
   explicit Wave(const scenes::Mesh& rest);
 
-  /// Where the vertices are after `turns` full turns. Writes as many floats as the mesh has
-  /// vertices to the beginning of `positions`.
-  void Apply(float turns, std::vector<float>& positions) const;
+  /// Where the vertices from the `first` on are after `turns` full turns: as many as `positions`
+  /// has room for.
+  void Apply(float turns, std::size_t first, std::span<float> positions) const;
 
  private:
   const scenes::Mesh& rest_;

@@ -1,0 +1,14 @@
+#include "outputs.h"
+
+namespace dacrt::bench {
+
+void AddOutputOptions(CLI::App& app, Outputs& outputs) {
+  CLI::Option* const json =
+      app.add_option("--json", outputs.json, "Write all figures")->type_name("FILE");
+  app.add_option("--markdown", outputs.markdown, "Write the tables")->type_name("FILE");
+  app.add_option("--plots", outputs.plots, "Write plots as SVG")->type_name("DIR");
+  app.add_flag("--resume", outputs.resume, "Keep the cells that the JSON file has already")
+      ->needs(json);
+}
+
+}  // namespace dacrt::bench
