@@ -188,7 +188,9 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   EXPECT_NE(Out().find("hall-75k, "), std::string::npos) << "the worst cell has its name";
   EXPECT_NE(ReadFile(Path("page.md")).find("| steady, from 64K rays | worst cell | 4 |"),
             std::string::npos);
-  const std::string svg = ReadFile(Path("plots") + "/hall-75k.svg");
+  EXPECT_NE(ReadFile(Path("page.md")).find("![embree-hall-75k](plots/embree-hall-75k.svg)"),
+            std::string::npos);
+  const std::string svg = ReadFile(Path("plots") + "/embree-hall-75k.svg");
   EXPECT_TRUE(svg.starts_with("<svg "));
   EXPECT_TRUE(IsWellFormed(svg));
 

@@ -115,8 +115,12 @@ std::vector<Block> FullBlocks(const std::string& folder, const std::vector<int>&
        threads},
       {Present({kHall, "sponza"}, folder), Without(NamesOf(GeometryKinds()), kTriangles), best,
        MainKinds(), Without(sizes, {"4M", "16M"}), threads},
-      {Present(MoreSceneNames(), folder), kTriangles, IsasHere(), NamesOf(RayKinds()),
-       Without(sizes, {"4M", "16M"}), threads},
+      {Present(MoreSceneNames(), folder),
+       kTriangles,
+       best,
+       MainKinds(),
+       {"1", "16", "64", "4K", "64K", "1M"},
+       threads},
       {{"hall-1m"}, kCompact, best, {"diffuse"}, {"64K", "1M"}, threads},
   };
 }

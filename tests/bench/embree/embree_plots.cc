@@ -61,15 +61,19 @@ std::string EmbreePlot(const EmbreeResults& results, const std::string& scene) {
                          NamesOf(BatchSizes()), panels);
 }
 
-void WritePlots(const EmbreeResults& results, const std::filesystem::path& folder) {
+std::vector<std::string> WritePlots(const EmbreeResults& results,
+                                    const std::filesystem::path& folder) {
   std::set<std::string> scenes;
   for (const CellResult& result : results.cells) {
     if (IsPlotted(result.cell)) scenes.insert(result.cell.scene);
   }
+  std::vector<std::string> files;
   for (const std::string& scene : scenes) {
     const std::string stem = std::filesystem::path(scene).stem();  // of a name, the name
-    WriteFile(folder / (stem + ".svg"), EmbreePlot(results, scene));
+    files.push_back("embree-" + stem + ".svg");
+    WriteFile(folder / files.back(), EmbreePlot(results, scene));
   }
+  return files;
 }
 
 }  // namespace dacrt::bench

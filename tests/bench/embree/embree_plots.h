@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "embree_results.h"
 
@@ -12,7 +13,9 @@ namespace dacrt::bench {
 /// number of rays a call. Of triangles, on the best instruction set.
 std::string EmbreePlot(const EmbreeResults& results, const std::string& scene);
 
-/// Writes SCENE.svg into the folder for each scene. Throws OutputError (errors.h).
-void WritePlots(const EmbreeResults& results, const std::filesystem::path& folder);
+/// Writes embree-SCENE.svg into the folder for each scene, and returns these names. Throws
+/// OutputError (errors.h).
+std::vector<std::string> WritePlots(const EmbreeResults& results,
+                                    const std::filesystem::path& folder);
 
 }  // namespace dacrt::bench

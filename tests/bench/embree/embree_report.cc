@@ -167,7 +167,7 @@ std::vector<Section> Sections(const EmbreeResults& results) {
 }
 
 Conditions ConditionsOf(const EmbreeResults& results) {
-  return {results.command, results.processor, results.repeat};
+  return {"dacrt beside Embree", results.command, results.processor, results.repeat};
 }
 
 }  // namespace

@@ -23,7 +23,9 @@ void PrintSections(const Conditions& conditions, const std::vector<Section>& sec
 
 void PrintSectionsMarkdown(const Conditions& conditions, const std::vector<Section>& sections,
                            std::ostream& out) {
-  out << Text(conditions) << ":\n\n```sh\n" << conditions.command << "\n```\n";
+  out << "# " << conditions.title << "\n\n"
+      << Text(conditions) << ":\n\n```sh\n"
+      << conditions.command << "\n```\n";
   for (const Section& section : sections) {
     out << "\n## " << section.title << "\n\n" << section.note << "\n\n";
     section.table.PrintMarkdown(out);

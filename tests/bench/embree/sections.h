@@ -15,8 +15,9 @@ struct Section {
   Table table;
 };
 
-/// What the results were measured with.
+/// What the results are, and were measured with.
 struct Conditions {
+  std::string title;
   std::string command;
   std::string processor;
   int repeat;
@@ -25,7 +26,7 @@ struct Conditions {
 void PrintSections(const Conditions& conditions, const std::vector<Section>& sections,
                    std::ostream& out);
 
-/// The same, to be put on a page, with the command that made it.
+/// The same as a page, with the command that made it.
 void PrintSectionsMarkdown(const Conditions& conditions, const std::vector<Section>& sections,
                            std::ostream& out);
 

@@ -47,14 +47,21 @@ const Strings& MovingRayKinds() {
 
 std::vector<MovingBlock> ShortMovingBlocks(const std::string& folder,
                                            const std::vector<int>& threads) {
-  Strings scenes = Present({kHall, "sponza"}, folder);
   const std::vector<int> one = {threads.front()};
-  const Strings all = NamesOf(ChangeKinds());
+  const Strings all = NamesOf(ChangeKinds()), sizes = NamesOf(FrameSizes());
   return {
-      {scenes, {"wave"}, MovingRayKinds(), {"1K", "10K", "100K", "1M"}, one},
-      {scenes, {"wave"}, MovingRayKinds(), {"10K", "100K"}, threads},
-      {scenes, all, MovingRayKinds(), {"10K", "100K"}, one},
-      {{"hall-1m"}, {"wave", "one-of-1000", "replaced"}, MovingRayKinds(), {"10K", "100K"}, one},
+      {Present({kHall, "sponza"}, folder), all, MovingRayKinds(), sizes, one},
+      {Present({kHall, "sponza"}, folder),
+       {"wave", "one-of-1000"},
+       MovingRayKinds(),
+       {"10K", "100K"},
+       threads},
+      {Present({"hall-75k", "dragon", "hall-1m"}, folder),
+       {"wave", "replaced"},
+       MovingRayKinds(),
+       {"1K", "10K", "100K"},
+       one},
+      {{"hall-5m"}, {"wave"}, {"diffuse"}, {"100K"}, one},
   };
 }
 

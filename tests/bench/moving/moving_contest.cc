@@ -39,30 +39,32 @@ MovingContest::MovingContest(const BenchScene& scene, const ChangeKind& change, 
       embree_.emplace_back(isa + " " + Name(build), library, content_->content(), build);
     }
   }
+  ray_maker_.emplace("rays", libraries_.front(), content_->content(), Build::kLowDynamic);
 }
 
 void MovingContest::Recommit(Entrant& entrant) const {
   entrant.scene.Recommit(content_->content(), content_->change());
 }
 
-RayBuffer MovingContest::MakeRays(const RayKind& kind, std::uint32_t side,
-                                  const CommittedScene& scene) const {
-  return RaySource(scene_).Make(kind, side, [&](RayBuffer& primary) {
-    scene.Trace(Query::kClosest, kCoherentStream, primary.rays());
+RayBuffer MovingContest::MakeFrame(const RayKind& kind, std::uint32_t side) {
+  content_->Advance();
+  return RaySource(scene_).Make(kind, side, [this](RayBuffer& primary) {
+    Recommit(*ray_maker_);
+    ray_maker_->scene.Trace(Query::kClosest, kCoherentStream, primary.rays());
   });
 }
 
 // Each way once, on some of the rays of a frame.
 std::vector<MovingContest::Candidate> MovingContest::FindBest(const RayKind& kind,
                                                               std::uint32_t side) {
-  content_->Advance();
-  for (Entrant& entrant : embree_) Recommit(entrant);
-  const RayBuffer rays = MakeRays(kind, side, embree_.front().scene);
+  const RayBuffer rays = MakeFrame(kind, side);
   const std::size_t batch = rays.rays().size();
   if (batch == 0) return {};
   RayBuffer heat_rays = HeatRays(rays);
   std::vector<Candidate> candidates;
   for (Entrant& entrant : embree_) {
+    Recommit(entrant);
+    entrant.scene.Trace(kind.query, kIncoherentStream, heat_rays.rays());  // not the first alone
     for (const Call& call : {kIncoherentStream, kCoherentStream, kSingleRays}) {
       for (const std::size_t slice : SliceSizes(batch, threads_)) {
         const Delivery delivery{call, batch, slice, threads_};
@@ -101,28 +103,26 @@ std::optional<MovingResult> MovingContest::Measure(const MovingCell& cell, int r
                        (frame < repeat * kMostFramesFactor && stopwatch.Seconds() < kFramesSeconds);
        ++frame) {
     on_step("frame " + std::to_string(frame + 1));
-    const auto count = [&](const Entrant& entrant, double seconds, FrameTimes& times) {
+    RayBuffer rays = MakeFrame(kind, side);
+    if (rays.rays().empty()) return std::nullopt;
+    result.rays = rays.rays().size();
+    // Commit and stream follow each other, as in a program.
+    const auto run = [&](Entrant& entrant, Delivery delivery, FrameTimes& times) {
+      // As many as hit something, which are not always the same.
+      const bool is_whole = delivery.slice == delivery.batch;
+      delivery.batch = result.rays;
+      delivery.slice = is_whole ? result.rays : std::min(delivery.slice, result.rays);
+      Recommit(entrant);
+      const double seconds = Deliver(entrant.scene, kind.query, delivery, rays);
       if (frame < 0) return;
       times.commit.push_back(entrant.scene.commit_seconds());
       times.stream.push_back(seconds);
     };
-    content_->Advance();
-    for (const Candidate& finalist : finalists) Recommit(*finalist.entrant);
-    RayBuffer rays = MakeRays(kind, side, finalists.front().entrant->scene);
     for (Candidate& finalist : finalists) {
-      Delivery delivery = finalist.delivery;
-      delivery.batch = rays.rays().size();  // as many as hit something: not always the same
-      delivery.slice = std::min(delivery.slice, delivery.batch);
-      count(*finalist.entrant, Deliver(finalist.entrant->scene, kind.query, delivery, rays),
-            finalist.times);
+      run(*finalist.entrant, finalist.delivery, finalist.times);
     }
     const HitShares hits(kind.query, rays);
-    Recommit(drop_in_);
-    result.rays = rays.rays().size();
-    count(
-        drop_in_,
-        Deliver(drop_in_.scene, kind.query, {kIncoherentStream, result.rays, result.rays, 1}, rays),
-        result.dacrt);
+    run(drop_in_, {kIncoherentStream, result.rays, result.rays, 1}, result.dacrt);
     hits.Check(rays);
     result.equal_hits = hits.Equal(rays);
   }

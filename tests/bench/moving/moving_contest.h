@@ -51,7 +51,8 @@ class MovingContest {
 
   /// Of ways that differ in more than the call; none if there are no such rays.
   std::vector<Candidate> FindBest(const RayKind& kind, std::uint32_t side);
-  RayBuffer MakeRays(const RayKind& kind, std::uint32_t side, const CommittedScene& scene) const;
+  /// Goes on to the next frame, of which no scene that is measured has been told yet.
+  RayBuffer MakeFrame(const RayKind& kind, std::uint32_t side);
   void Recommit(Entrant& entrant) const;
 
   const BenchScene& scene_;
@@ -59,6 +60,7 @@ class MovingContest {
   std::unique_ptr<MovingContent> content_;
   std::deque<EmbreeLibrary> libraries_;
   std::deque<Entrant> embree_;
+  std::optional<Entrant> ray_maker_;  ///< finds the hits that rays start from; not measured
   EmbreeLibrary drop_in_library_;
   Entrant drop_in_;
 };

@@ -109,7 +109,8 @@ std::vector<Section> Sections(const MovingResults& results) {
 }
 
 Conditions ConditionsOf(const MovingResults& results) {
-  return {results.command, results.processor, results.repeat};
+  return {"dacrt beside Embree, on scenes that move", results.command, results.processor,
+          results.repeat};
 }
 
 RatioLine LineOf(const MovingResults& results, const MovingCell& place) {
@@ -172,13 +173,17 @@ std::string MovingPlot(const MovingResults& results, const std::string& scene) {
       NamesOf(FrameSizes()), panels);
 }
 
-void WritePlots(const MovingResults& results, const std::filesystem::path& folder) {
+std::vector<std::string> WritePlots(const MovingResults& results,
+                                    const std::filesystem::path& folder) {
   std::set<std::string> scenes;
   for (const MovingResult& result : results.cells) scenes.insert(result.cell.scene);
+  std::vector<std::string> files;
   for (const std::string& scene : scenes) {
     const std::string stem = std::filesystem::path(scene).stem();  // of a name, the name
-    WriteFile(folder / ("moving-" + stem + ".svg"), MovingPlot(results, scene));
+    files.push_back("moving-" + stem + ".svg");
+    WriteFile(folder / files.back(), MovingPlot(results, scene));
   }
+  return files;
 }
 
 }  // namespace dacrt::bench
