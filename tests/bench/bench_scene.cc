@@ -175,6 +175,13 @@ std::vector<std::string> SceneNames() {
   return names;
 }
 
+std::vector<std::string> PresentScenes(std::vector<std::string> names,
+                                       const std::filesystem::path& folder) {
+  std::erase_if(names,
+                [&](const std::string& name) { return !SceneSource(name, folder).IsPresent(); });
+  return names;
+}
+
 std::vector<std::string> MoreSceneNames() {
   std::vector<std::string> names = {kBox};
   for (const KnownMesh& mesh : kMoreMeshes) names.push_back(mesh.name);

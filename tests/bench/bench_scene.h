@@ -67,6 +67,10 @@ class SceneSource {
 /// The scenes that the benchmarks are about, the generated ones first.
 std::vector<std::string> SceneNames();
 
+/// Those of the names that are generated or in the folder.
+std::vector<std::string> PresentScenes(std::vector<std::string> names,
+                                       const std::filesystem::path& folder);
+
 /// All others that have a name: a box of 36 triangles, smaller meshes, other views.
 std::vector<std::string> MoreSceneNames();
 

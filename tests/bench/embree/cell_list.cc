@@ -19,12 +19,6 @@ bool Has(const Strings& list, const std::string& name) {
   return std::ranges::find(list, name) != list.end();
 }
 
-Strings Present(Strings names, const std::string& folder) {
-  std::erase_if(names,
-                [&](const std::string& name) { return !SceneSource(name, folder).IsPresent(); });
-  return names;
-}
-
 Strings Without(Strings names, const Strings& others) {
   std::erase_if(names, [&](const std::string& name) { return Has(others, name); });
   return names;
@@ -86,7 +80,7 @@ const Strings& MainKinds() {
 
 std::vector<Block> ShortBlocks(const std::string& folder, const std::vector<int>& threads) {
   const Strings best = {IsasHere().front()};
-  const Strings real = Present({"sponza"}, folder);
+  const Strings real = PresentScenes({"sponza"}, folder);
   Strings scenes = {kHall};
   scenes.insert(scenes.end(), real.begin(), real.end());
   // Of some 270,000 triangles: what a call costs beside its rays shows less.
@@ -107,15 +101,15 @@ std::vector<Block> ShortBlocks(const std::string& folder, const std::vector<int>
 
 std::vector<Block> FullBlocks(const std::string& folder, const std::vector<int>& threads) {
   const Strings best = {IsasHere().front()};
-  const Strings scenes = Present(SceneNames(), folder);
+  const Strings scenes = PresentScenes(SceneNames(), folder);
   const Strings sizes = NamesOf(BatchSizes());
   return {
       {scenes, kTriangles, best, NamesOf(RayKinds()), sizes, threads},
       {scenes, kTriangles, LesserIsas(), NamesOf(RayKinds()), Without(sizes, {"4M", "16M"}),
        threads},
-      {Present({kHall, "sponza"}, folder), Without(NamesOf(GeometryKinds()), kTriangles), best,
-       MainKinds(), Without(sizes, {"4M", "16M"}), threads},
-      {Present(MoreSceneNames(), folder),
+      {PresentScenes({kHall, "sponza"}, folder), Without(NamesOf(GeometryKinds()), kTriangles),
+       best, MainKinds(), Without(sizes, {"4M", "16M"}), threads},
+      {PresentScenes(MoreSceneNames(), folder),
        kTriangles,
        best,
        MainKinds(),

@@ -7,8 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "bench_scene.h"
 #include "errors.h"
+#include "progress.h"
 
 namespace dacrt::bench {
 
@@ -34,6 +37,38 @@ void Resume(const std::string& path, Results& results) {
   } catch (const nlohmann::json::exception&) {
     throw UsageError(path + " is not a result that can be resumed");
   }
+}
+
+/// Drops the cells that the results have already.
+template <class Cell, class Results>
+void DropMeasured(const Results& results, std::vector<Cell>& cells) {
+  std::erase_if(cells, [&](const Cell& cell) {
+    return std::ranges::any_of(results.cells,
+                               [&](const auto& result) { return result.cell == cell; });
+  });
+}
+
+/// Loads one scene after the other, and calls `measure` with it and with each run of its cells that
+/// are measured together. Goes on without scenes that cannot be read: returns whether all could.
+template <class Cell, class Measure>
+bool MeasureByScene(std::span<const Cell> cells, const std::string& folder, Progress& progress,
+                    const Measure& measure) {
+  const auto are_of_one_scene = [](const Cell& a, const Cell& b) { return a.scene == b.scene; };
+  const auto are_together = [](const Cell& a, const Cell& b) { return AreMeasuredTogether(a, b); };
+  bool is_complete = true;
+  ForEachRun(cells, are_of_one_scene, [&](std::span<const Cell> of_scene) {
+    progress.Show(of_scene.front().scene + ": loading");
+    try {
+      const BenchScene scene = SceneSource(of_scene.front().scene, folder).LoadForEmbree();
+      ForEachRun(of_scene, are_together,
+                 [&](std::span<const Cell> together) { measure(scene, together); });
+    } catch (const UnreadableScene& error) {
+      is_complete = false;
+      progress.Say(error.what());
+      progress.Skip(of_scene.size());
+    }
+  });
+  return is_complete;
 }
 
 }  // namespace dacrt::bench

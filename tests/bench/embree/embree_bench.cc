@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <iostream>
 #include <span>
-#include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "batch_size.h"
@@ -19,7 +17,6 @@
 #include "format.h"
 #include "geometry_kind.h"
 #include "memory_child.h"
-#include "output_file.h"
 #include "processor.h"
 #include "progress.h"
 
@@ -35,34 +32,17 @@ MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayB
           .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config, scene, cell.geometry, rays)};
 }
 
-bool AreOfOneScene(const Cell& a, const Cell& b) { return a.scene == b.scene; }
-
 class Benchmark {
  public:
-  Benchmark(const EmbreeOptions& options, std::vector<Cell> cells, EmbreeResults results)
-      : options_(options),
-        cells_(std::move(cells)),
-        progress_(cells_.size()),
-        results_(std::move(results)) {}
+  Benchmark(const EmbreeOptions& options, std::size_t cells, EmbreeResults& results)
+      : options_(options), progress_(cells), results_(results) {}
 
-  const EmbreeResults& results() const { return results_; }
-  bool is_complete() const { return is_complete_; }
-
-  void Run() {
-    Save(options_.outputs,
-         results_);  // so that an output that cannot be written shows before measuring
-    ForEachRun(std::span(cells_), AreOfOneScene, [&](std::span<const Cell> cells) {
-      progress_.Show(cells.front().scene + ": loading");
-      try {
-        const BenchScene scene = SceneSource(cells.front().scene, options_.folder).LoadForEmbree();
-        ForEachRun(cells, AreMeasuredTogether,
-                   [&](std::span<const Cell> group) { MeasureTogether(scene, group); });
-      } catch (const UnreadableScene& error) {
-        is_complete_ = false;
-        progress_.Say(error.what());
-        progress_.Skip(cells.size());
-      }
-    });
+  // False if a scene could not be read.
+  bool Run(std::span<const Cell> cells) {
+    return MeasureByScene(cells, options_.folder, progress_,
+                          [this](const BenchScene& scene, std::span<const Cell> together) {
+                            MeasureTogether(scene, together);
+                          });
   }
 
  private:
@@ -104,10 +84,8 @@ class Benchmark {
   }
 
   const EmbreeOptions& options_;
-  const std::vector<Cell> cells_;
   Progress progress_;
-  EmbreeResults results_;
-  bool is_complete_ = true;
+  EmbreeResults& results_;
 };
 
 int Main(int argc, char** argv) {
@@ -118,18 +96,13 @@ int Main(int argc, char** argv) {
                         .repeat = options->effort.repeat,
                         .cells = {},
                         .memory = {}};
-  if (options->outputs.resume) Resume(options->outputs.json, results);
   std::vector<Cell> cells = options->cells;
-  std::erase_if(cells, [&](const Cell& cell) {
-    return std::ranges::find(results.cells, cell, &CellResult::cell) != results.cells.end();
-  });
-  bool is_complete;
-  {
-    Benchmark benchmark(*options, std::move(cells), std::move(results));
-    benchmark.Run();
-    results = benchmark.results();
-    is_complete = benchmark.is_complete();
+  if (options->outputs.resume) {
+    Resume(options->outputs.json, results);
+    DropMeasured(results, cells);
   }
+  Save(options->outputs, results);  // an output that cannot be written shows before measuring
+  const bool is_complete = Benchmark(*options, cells.size(), results).Run(cells);
   PrintText(results, std::cout);
   return is_complete ? kSuccess : kUnreadableScene;
 }

@@ -1,9 +1,7 @@
 // dacrt's drop-in beside Embree on scenes that change from frame to frame: see --help.
-#include <algorithm>
 #include <iostream>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bench_scene.h"
@@ -21,38 +19,21 @@
 namespace dacrt::bench {
 namespace {
 
-bool AreOfOneScene(const MovingCell& a, const MovingCell& b) { return a.scene == b.scene; }
-
 class Benchmark {
  public:
-  Benchmark(const MovingOptions& options, std::vector<MovingCell> cells, MovingResults& results)
-      : options_(options), cells_(std::move(cells)), progress_(cells_.size()), results_(results) {}
+  Benchmark(const MovingOptions& options, std::size_t cells, MovingResults& results)
+      : options_(options), progress_(cells), results_(results) {}
 
   // False if a scene could not be read.
-  bool Run() {
-    Save(options_.outputs, results_);  // so that an output that cannot be written shows at once
-    bool is_complete = true;
-    ForEachRun(
-        std::span(std::as_const(cells_)), AreOfOneScene, [&](std::span<const MovingCell> cells) {
-          progress_.Show(cells.front().scene + ": loading");
-          try {
-            const BenchScene scene =
-                SceneSource(cells.front().scene, options_.folder).LoadForEmbree();
-            ForEachRun(
-                cells,
-                [](const MovingCell& a, const MovingCell& b) { return AreMeasuredTogether(a, b); },
-                [&](std::span<const MovingCell> group) { Measure(scene, group); });
-          } catch (const UnreadableScene& error) {
-            is_complete = false;
-            progress_.Say(error.what());
-            progress_.Skip(cells.size());
-          }
-        });
-    return is_complete;
+  bool Run(std::span<const MovingCell> cells) {
+    return MeasureByScene(cells, options_.folder, progress_,
+                          [this](const BenchScene& scene, std::span<const MovingCell> together) {
+                            MeasureTogether(scene, together);
+                          });
   }
 
  private:
-  void Measure(const BenchScene& scene, std::span<const MovingCell> cells) {
+  void MeasureTogether(const BenchScene& scene, std::span<const MovingCell> cells) {
     progress_.Show(Name(cells.front()) + ": commits");
     MovingContest contest(scene, *FindChangeKind(cells.front().change), cells.front().threads);
     for (const MovingCell& cell : cells) {
@@ -72,7 +53,6 @@ class Benchmark {
   }
 
   const MovingOptions& options_;
-  const std::vector<MovingCell> cells_;
   Progress progress_;
   MovingResults& results_;
 };
@@ -84,12 +64,13 @@ int Main(int argc, char** argv) {
                         .processor = ProcessorName(),
                         .repeat = options->repeat,
                         .cells = {}};
-  if (options->outputs.resume) Resume(options->outputs.json, results);
   std::vector<MovingCell> cells = options->cells;
-  std::erase_if(cells, [&](const MovingCell& cell) {
-    return std::ranges::find(results.cells, cell, &MovingResult::cell) != results.cells.end();
-  });
-  const bool is_complete = Benchmark(*options, std::move(cells), results).Run();
+  if (options->outputs.resume) {
+    Resume(options->outputs.json, results);
+    DropMeasured(results, cells);
+  }
+  Save(options->outputs, results);  // an output that cannot be written shows before measuring
+  const bool is_complete = Benchmark(*options, cells.size(), results).Run(cells);
   PrintText(results, std::cout);
   return is_complete ? kSuccess : kUnreadableScene;
 }

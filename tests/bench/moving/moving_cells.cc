@@ -14,12 +14,6 @@ using Strings = std::vector<std::string>;
 
 constexpr char kHall[] = "hall-260k";
 
-Strings Present(Strings names, const std::string& folder) {
-  std::erase_if(names,
-                [&](const std::string& name) { return !SceneSource(name, folder).IsPresent(); });
-  return names;
-}
-
 auto Group(const MovingCell& cell) { return std::tie(cell.scene, cell.change, cell.threads); }
 
 // In the order of the blocks: scenes, then what is measured together.
@@ -50,13 +44,14 @@ std::vector<MovingBlock> ShortMovingBlocks(const std::string& folder,
   const std::vector<int> one = {threads.front()};
   const Strings all = NamesOf(ChangeKinds()), sizes = NamesOf(FrameSizes());
   return {
-      {Present({kHall, "sponza"}, folder), all, MovingRayKinds(), sizes, one},
-      {Present({kHall, "sponza"}, folder),
+      {PresentScenes({kHall, "sponza"}, folder), {"wave"}, MovingRayKinds(), sizes, one},
+      {PresentScenes({kHall, "sponza"}, folder), all, MovingRayKinds(), {"1K", "10K", "100K"}, one},
+      {PresentScenes({kHall, "sponza"}, folder),
        {"wave", "one-of-1000"},
        MovingRayKinds(),
        {"10K", "100K"},
        threads},
-      {Present({"hall-75k", "dragon", "hall-1m"}, folder),
+      {PresentScenes({"hall-75k", "dragon", "hall-1m"}, folder),
        {"wave", "replaced"},
        MovingRayKinds(),
        {"1K", "10K", "100K"},
@@ -67,7 +62,7 @@ std::vector<MovingBlock> ShortMovingBlocks(const std::string& folder,
 
 std::vector<MovingBlock> FullMovingBlocks(const std::string& folder,
                                           const std::vector<int>& threads) {
-  return {{Present(SceneNames(), folder), NamesOf(ChangeKinds()), MovingRayKinds(),
+  return {{PresentScenes(SceneNames(), folder), NamesOf(ChangeKinds()), MovingRayKinds(),
            NamesOf(FrameSizes()), threads}};
 }
 
