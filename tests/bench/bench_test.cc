@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -69,6 +71,18 @@ bool IsWellFormed(const std::string& xml) {
     }
   }
   return open.empty() && xml.find_first_of("<>", end) == std::string::npos;
+}
+
+// Every row of a table on the page has as many cells as the others.
+bool AreTablesEven(const std::string& page) {
+  std::istringstream lines(page);
+  std::ptrdiff_t bars = 0;  // of the table's rows before
+  for (std::string line; std::getline(lines, line);) {
+    const std::ptrdiff_t more = std::ranges::count(line, '|');
+    if (bars > 0 && more > 0 && more != bars) return false;
+    bars = more;
+  }
+  return true;
 }
 
 TEST_F(BenchTest, ShortReproductionRunsAndTheAlgorithmsAgree) {
@@ -188,6 +202,7 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   EXPECT_NE(Out().find("hall-75k, "), std::string::npos) << "the worst cell has its name";
   EXPECT_NE(ReadFile(Path("page.md")).find("| steady, from 64K rays | worst cell | 4 |"),
             std::string::npos);
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
   EXPECT_NE(ReadFile(Path("page.md")).find("![embree-hall-75k](plots/embree-hall-75k.svg)"),
             std::string::npos);
   const std::string svg = ReadFile(Path("plots") + "/embree-hall-75k.svg");
@@ -219,6 +234,7 @@ TEST_F(BenchTest, CallsGeometriesAndInstructionSetsAreMeasuredOnStillScenes) {
     EXPECT_TRUE(best.starts_with(cell["isa"].get<std::string>())) << best;
   }
   EXPECT_NE(ReadFile(Path("page.md")).find("| quads, 2 threads |"), std::string::npos);
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
 }
 
 TEST_F(BenchTest, CallsAreShownAsATable) {
@@ -287,6 +303,7 @@ TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
     EXPECT_GT(cell["equal_hits"], 0.99);
   }
   EXPECT_NE(ReadFile(Path("page.md")).find("| waves | worst cell | 2 |"), std::string::npos);
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
   EXPECT_NE(Out().find("box-36"), std::string::npos);
   EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/moving-box-36.svg")));
 
@@ -306,6 +323,8 @@ TEST_F(BenchTest, WellFormednessIsNoticed) {
   EXPECT_FALSE(IsWellFormed("<svg><text>x < y</text></svg>"));
   EXPECT_FALSE(IsWellFormed("<svg><text></svg>"));
   EXPECT_FALSE(IsWellFormed("<svg><line></svg>"));
+  EXPECT_TRUE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 |\n\n| a |\n"));
+  EXPECT_FALSE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 | 3 |\n"));
 }
 
 }  // namespace

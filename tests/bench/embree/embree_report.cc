@@ -128,9 +128,10 @@ Section Cells(const EmbreeResults& results) {
 
 Section Memory(const EmbreeResults& results) {
   constexpr std::size_t kLeft = 3;
-  Table table({"scene", "geometry", "size", "triangles", "threads", "Embree kept", "announced",
-               "peak", "announced", "dacrt kept", "announced", "peak", "announced", "peak ratio"},
-              kLeft);
+  Table table(
+      {"scene", "geometry", "size", "triangles", "threads", "Embree kept", "announced", "peak",
+       "announced", "dacrt kept", "announced", "peak", "announced", "left", "peak ratio"},
+      kLeft);
   for (const MemoryResult& result : results.memory) {
     std::vector<std::string> row = {result.cell.scene, result.cell.geometry, result.cell.size,
                                     Grouped(result.triangles), std::to_string(result.cell.threads)};
