@@ -40,12 +40,15 @@ struct BenchScene {
 /// The bounds of all vertices.
 Imath::Box3f Bounds(const scenes::Mesh& mesh);
 
-/// Where a scene comes from: a name of SceneNames, or else the path of a mesh.
+/// Where a scene comes from: a name of SceneNames, "hall-" with a number of triangles such as 300k
+/// or 2m, or else the path of a mesh.
 class SceneSource {
  public:
   SceneSource(std::string name, const std::filesystem::path& folder);
 
   const std::string& name() const { return name_; }
+
+  bool IsGenerated() const { return file_.empty(); }
 
   /// False only for a mesh that is not there.
   bool IsPresent() const;
@@ -53,12 +56,22 @@ class SceneSource {
   /// Throws UnreadableScene (errors.h).
   BenchScene Load() const;
 
+  /// The same, with a float behind the last vertex, which Embree reads.
+  BenchScene LoadForEmbree() const;
+
  private:
   std::string name_;
   std::filesystem::path file_;  ///< empty for a generated scene
 };
 
-/// The scenes that have a name, the generated ones first.
+/// The scenes that the benchmarks are about, the generated ones first.
 std::vector<std::string> SceneNames();
+
+/// Those of the names that are generated or in the folder.
+std::vector<std::string> PresentScenes(std::vector<std::string> names,
+                                       const std::filesystem::path& folder);
+
+/// All others that have a name: a box of 36 triangles, smaller meshes, other views.
+std::vector<std::string> MoreSceneNames();
 
 }  // namespace dacrt::bench

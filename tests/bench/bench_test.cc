@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -69,6 +71,18 @@ bool IsWellFormed(const std::string& xml) {
     }
   }
   return open.empty() && xml.find_first_of("<>", end) == std::string::npos;
+}
+
+// Every row of a table on the page has as many cells as the others.
+bool AreTablesEven(const std::string& page) {
+  std::istringstream lines(page);
+  std::ptrdiff_t bars = 0;  // of the table's rows before
+  for (std::string line; std::getline(lines, line);) {
+    const std::ptrdiff_t more = std::ranges::count(line, '|');
+    if (bars > 0 && more > 0 && more != bars) return false;
+    bars = more;
+  }
+  return true;
 }
 
 TEST_F(BenchTest, ShortReproductionRunsAndTheAlgorithmsAgree) {
@@ -151,7 +165,7 @@ TEST_F(BenchTest, SceneThatCannotBeReadDoesNotStopTheOthers) {
 }
 
 TEST_F(BenchTest, OutputThatCannotBeWrittenIsFoundBeforeMeasuring) {
-  for (const char* const program : {METHOD_BENCH, EMBREE_BENCH}) {
+  for (const char* const program : {METHOD_BENCH, EMBREE_BENCH, MOVING_BENCH}) {
     ASSERT_EQ(Run(program, "--full --json '" + Path("missing/json") + "'"), 5) << program;
     EXPECT_NE(Error().find("missing/json"), std::string::npos) << program;
     EXPECT_FALSE(std::filesystem::exists(Path("missing"))) << program;
@@ -166,6 +180,8 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   const json results = json::parse(ReadFile(Path("json")));
   ASSERT_EQ(results["cells"].size(), 8u);
   for (const json& cell : results["cells"]) {
+    EXPECT_EQ(cell["geometry"], "triangles");
+    EXPECT_GT(cell["equal_hits"], 0.999);
     EXPECT_GT(cell["one_shot_ratio"], 0);
     EXPECT_GT(cell["steady_ratio"], 0);
     const bool is_slice = cell["size"] == "4K";
@@ -186,7 +202,10 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   EXPECT_NE(Out().find("hall-75k, "), std::string::npos) << "the worst cell has its name";
   EXPECT_NE(ReadFile(Path("page.md")).find("| steady, from 64K rays | worst cell | 4 |"),
             std::string::npos);
-  const std::string svg = ReadFile(Path("plots") + "/hall-75k.svg");
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
+  EXPECT_NE(ReadFile(Path("page.md")).find("![embree-hall-75k](plots/embree-hall-75k.svg)"),
+            std::string::npos);
+  const std::string svg = ReadFile(Path("plots") + "/embree-hall-75k.svg");
   EXPECT_TRUE(svg.starts_with("<svg "));
   EXPECT_TRUE(IsWellFormed(svg));
 
@@ -199,6 +218,43 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   }
 }
 
+TEST_F(BenchTest, CallsGeometriesAndInstructionSetsAreMeasuredOnStillScenes) {
+  ASSERT_EQ(Run(EMBREE_BENCH,
+                "--scene box-36 --geometry quads instance --isa avx2 sse4.2 --kind shadow "
+                "--rays 1 8 64 --threads 2 --repeat 1 --json '" +
+                    Path("json") + "' --markdown '" + Path("page.md") + "'"),
+            0)
+      << Error();
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["cells"].size(), 12u);
+  for (const json& cell : results["cells"]) {
+    EXPECT_GT(cell["steady_ratio"], 0);
+    EXPECT_FALSE(cell.contains("one_shot_ratio"));
+    const std::string best = cell["embree_steady"];
+    EXPECT_TRUE(best.starts_with(cell["isa"].get<std::string>())) << best;
+  }
+  EXPECT_NE(ReadFile(Path("page.md")).find("| quads, 2 threads |"), std::string::npos);
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
+}
+
+TEST_F(BenchTest, CallsAreShownAsATable) {
+  std::ofstream(Path("triangle.obj")) << "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n";
+  ASSERT_EQ(Run(CALL_BENCH, "--scene '" + Path("triangle.obj") +
+                                "' --eye 0 0 3 --look-at 0 0 0 --fov 40 --geometry parts-200 "
+                                "--robust --kind primary ambient --rays 1 16 64 64K --side 64 "
+                                "--repeat 1 --seconds 0 --threads 2 --isa sse4.2 --drop-in '" +
+                                DROP_IN + "'"),
+            0)
+      << Error();
+  EXPECT_NE(Out().find("primary       16"), std::string::npos) << Out();
+  EXPECT_NE(Out().find("geometric mean"), std::string::npos);
+  for (const char* const bad : {"--kind caustics", "--rays 5", "--isa mmx", "--geometry hair",
+                                "--eye 0 0 0", "--drop-in nowhere.so", "--side 7"}) {
+    EXPECT_EQ(Run(CALL_BENCH, bad), 2) << bad;
+  }
+  EXPECT_EQ(Run(CALL_BENCH, "--scene '" + Path("missing.obj") + "'"), 3);
+}
+
 TEST_F(BenchTest, BadCommandLinesOfTheComparisonAreRefusedWithTheLegalValues) {
   std::ofstream(Path("list.json")) << "[]";
   const struct {
@@ -207,6 +263,8 @@ TEST_F(BenchTest, BadCommandLinesOfTheComparisonAreRefusedWithTheLegalValues) {
   } kCases[] = {
       {"--kind caustics", {"caustics", "primary", "diffuse"}},
       {"--rays 1000", {"1000", "64K", "16M"}},
+      {"--geometry hair", {"hair", "quads", "parts-10000"}},
+      {"--isa mmx", {"mmx", "avx2"}},
       {"--threads 0", {"threads"}},
       {"--repeat 0", {"repeat"}},
       {"--resume", {"--json"}},
@@ -231,11 +289,42 @@ TEST_F(BenchTest, ComparisonGoesOnWithoutASceneThatCannotBeRead) {
   EXPECT_EQ(json::parse(ReadFile(Path("json")))["cells"].size(), 1u);
 }
 
+TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
+  const std::string measure =
+      "--scene box-36 '" + Path("missing.obj") + "' --change wave replaced --kind diffuse " +
+      "--rays 1K 10K --repeat 1 --json '" + Path("json") + "' --markdown '" + Path("page.md") +
+      "' --plots '" + Path("plots") + "'";
+  ASSERT_EQ(Run(MOVING_BENCH, measure + " --threads 1"), 3) << Error();
+  EXPECT_NE(Error().find("missing.obj"), std::string::npos);
+  const json results = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(results["cells"].size(), 4u);
+  for (const json& cell : results["cells"]) {
+    EXPECT_GT(cell["ratio"], 0);
+    EXPECT_GT(cell["equal_hits"], 0.99);
+  }
+  EXPECT_NE(ReadFile(Path("page.md")).find("| waves | worst cell | 2 |"), std::string::npos);
+  EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
+  EXPECT_NE(Out().find("box-36"), std::string::npos);
+  EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/moving-box-36.svg")));
+
+  ASSERT_EQ(Run(MOVING_BENCH, measure + " --resume --threads 1 2"), 3) << Error();
+  const json resumed = json::parse(ReadFile(Path("json")));
+  ASSERT_EQ(resumed["cells"].size(), 8u);
+  EXPECT_EQ(resumed["cells"][0], results["cells"][0]);
+
+  for (const char* const bad :
+       {"--change melting", "--rays 64K", "--kind shadow", "--resume", "--threads 0"}) {
+    EXPECT_EQ(Run(MOVING_BENCH, bad), 2) << bad;
+  }
+}
+
 TEST_F(BenchTest, WellFormednessIsNoticed) {
   EXPECT_TRUE(IsWellFormed("<svg a=\"1\"><text>x &lt; y</text><line/></svg>\n"));
   EXPECT_FALSE(IsWellFormed("<svg><text>x < y</text></svg>"));
   EXPECT_FALSE(IsWellFormed("<svg><text></svg>"));
   EXPECT_FALSE(IsWellFormed("<svg><line></svg>"));
+  EXPECT_TRUE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 |\n\n| a |\n"));
+  EXPECT_FALSE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 | 3 |\n"));
 }
 
 }  // namespace

@@ -10,8 +10,14 @@ std::string Fixed(double value, int digits) {
   return text;
 }
 
+std::string Significant(double value) { return Fixed(value, value < 1 ? 3 : value < 10 ? 2 : 1); }
+
 std::string Seconds(double seconds) {
   return Fixed(seconds, seconds < 1 ? 4 : seconds < 10 ? 3 : seconds < 100 ? 2 : 1);
+}
+
+std::string ThreadsText(int threads) {
+  return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
 }
 
 std::string Grouped(std::size_t count) {

@@ -1,12 +1,14 @@
 #include "ray_buffer.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
 namespace dacrt::bench {
 
 RayBuffer::RayBuffer(std::size_t capacity)
-    : records_(std::make_unique_for_overwrite<RayRecord[]>(capacity)) {}
+    : records_(static_cast<RayRecord*>(
+          ::operator new (capacity * sizeof(RayRecord), std::align_val_t{kAlignment}))) {}
 
 void RayBuffer::Begin(float tfar) {
   size_ = 0;
@@ -36,7 +38,9 @@ void RayBuffer::Rearm() {
 RayBuffer RayBuffer::Part(std::size_t first, std::size_t count) const {
   RayBuffer part(count);
   part.Begin(tfar_);
-  for (const RayRecord& ray : rays().subspan(first, count)) part.Append(ray.org, ray.dir, ray.id);
+  std::ranges::copy(rays().subspan(first, count), part.records_.get());
+  part.size_ = count;
+  part.Rearm();
   return part;
 }
 

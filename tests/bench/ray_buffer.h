@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <new>
 #include <span>
 
 #include "dacrt/dacrt.h"
@@ -36,6 +37,9 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// ready to be traced again.
 class RayBuffer {
  public:
+  /// Of the first record: what Embree asks of packets of sixteen rays.
+  static constexpr std::size_t kAlignment = 64;
+
   /// Room for `capacity` rays, of which no page is touched yet.
   explicit RayBuffer(std::size_t capacity);
 
@@ -54,14 +58,20 @@ class RayBuffer {
   /// Drops all but the first `count` rays.
   void Keep(std::size_t count) { size_ = count; }
 
-  /// A copy of `count` rays from the `first` on.
+  /// A copy of `count` rays from the `first` on, armed.
   RayBuffer Part(std::size_t first, std::size_t count) const;
 
   /// Where the records stand, for Scene::Trace.
   RayView View();
 
  private:
-  std::unique_ptr<RayRecord[]> records_;
+  struct Free {
+    void operator()(void* records) const {
+      ::operator delete (records, std::align_val_t{kAlignment});
+    }
+  };
+
+  std::unique_ptr<RayRecord[], Free> records_;
   std::size_t size_ = 0;
   float tfar_ = kInfinity;
 };

@@ -26,15 +26,23 @@ enum class Scatter {
 };
 
 /// How many camera rays there are: pixels in rows, and samples one after the other in each pixel.
-/// As in the paper, a picture has at most 512 x 512 pixels, and more rays are more samples a pixel.
 class Raster {
  public:
   static constexpr uint32_t kMostPixelsASide = 512;
   static constexpr uint32_t kMostRaysASide = 8192;
 
-  /// For `rays_a_side` x `rays_a_side` rays: at most kMostPixelsASide, or a multiple of it up to
-  /// kMostRaysASide. Throws UsageError (errors.h) otherwise.
+  /// For `rays_a_side` x `rays_a_side` rays. As in the paper, a picture has at most 512 x 512
+  /// pixels, and more rays are more samples a pixel: at most kMostPixelsASide, or a multiple of it
+  /// up to kMostRaysASide. Throws UsageError (errors.h) otherwise.
   explicit Raster(uint32_t rays_a_side);
+
+  /// The same number of rays, of which each pixel has `samples_a_side` squared, however many pixels
+  /// those are. They must divide the rays.
+  static Raster OfSamples(uint32_t rays_a_side, uint32_t samples_a_side) {
+    return Raster(rays_a_side / samples_a_side, samples_a_side);
+  }
+
+  bool operator==(const Raster&) const = default;
 
   uint32_t rays_a_side() const { return pixels_ * samples_; }
   uint32_t pixels_a_side() const { return pixels_; }
@@ -42,6 +50,8 @@ class Raster {
   std::size_t RayCount() const { return std::size_t{rays_a_side()} * rays_a_side(); }
 
  private:
+  Raster(uint32_t pixels, uint32_t samples) : pixels_(pixels), samples_(samples) {}
+
   uint32_t pixels_;   ///< along one side
   uint32_t samples_;  ///< along one side of a pixel
 };

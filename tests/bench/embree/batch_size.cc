@@ -7,21 +7,53 @@
 namespace dacrt::bench {
 namespace {
 
-constexpr std::size_t kSlicedPictureRays = 512 * 512;
-
-constexpr BatchSize kBatchSizes[] = {{"64", 8 * 8},       {"4K", 64 * 64},     {"64K", 256 * 256},
-                                     {"256K", 512 * 512}, {"1M", 1024 * 1024}, {"4M", 2048 * 2048},
+constexpr BatchSize kBatchSizes[] = {{"1", 1},
+                                     {"4", 4},
+                                     {"8", 8},
+                                     {"16", 16},
+                                     {"64", 8 * 8},
+                                     {"1K", 32 * 32},
+                                     {"4K", 64 * 64},
+                                     {"64K", 256 * 256},
+                                     {"256K", 512 * 512},
+                                     {"1M", 1024 * 1024},
+                                     {"4M", 2048 * 2048},
                                      {"16M", 4096 * 4096}};
+
+// Single rays and packets that a program sends before it looks at their results.
+constexpr std::size_t kRaysOfCalls = 16'384;
+
+using Form = Call::Form;
+constexpr Call kSingle[] = {kSingleRays};
+constexpr Call kPackets4[] = {{Form::kPackets4}, {Form::kPackets4, true}};
+constexpr Call kPackets8[] = {{Form::kPackets8}, {Form::kPackets8, true}};
+constexpr Call kPackets16[] = {{Form::kPackets16}, {Form::kPackets16, true}};
+constexpr Call kStreams[] = {kIncoherentStream, kCoherentStream, kSingleRays};
 
 }  // namespace
 
-Raster BatchSize::Picture() const {
-  const std::size_t picture_rays = IsSlice() ? kSlicedPictureRays : rays;
-  return Raster(static_cast<uint32_t>(std::lround(std::sqrt(picture_rays))));
+std::uint32_t BatchSize::PictureSide(std::uint32_t sliced_side) const {
+  return IsSlice() ? sliced_side : static_cast<std::uint32_t>(std::lround(std::sqrt(rays)));
 }
 
-std::size_t BatchSize::RaysOfCall(std::size_t picture_rays) const {
+std::size_t BatchSize::RaysOfBatch(std::size_t picture_rays) const {
+  if (!IsStream()) return std::min(kRaysOfCalls, picture_rays) / rays * rays;
   return IsSlice() ? std::min(rays, picture_rays) : picture_rays;
+}
+
+std::span<const Call> BatchSize::Calls() const {
+  switch (rays) {
+    case 1:
+      return kSingle;
+    case 4:
+      return kPackets4;
+    case 8:
+      return kPackets8;
+    case 16:
+      return kPackets16;
+    default:
+      return kStreams;
+  }
 }
 
 std::span<const BatchSize> BatchSizes() { return kBatchSizes; }

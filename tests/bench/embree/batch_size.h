@@ -5,29 +5,39 @@
 #include <span>
 #include <string>
 
+#include "ray_call.h"
 #include "ray_generation.h"
 
 namespace dacrt::bench {
 
-/// A size of batch and the picture whose rays fill it.
+/// A size of call and the picture whose rays fill it.
 ///
-/// From kLeastPictureRays up a batch is a whole picture: a ray for each of its samples, or for each
-/// hit. Smaller ones are what a renderer sends that works its way through a picture of
-/// 512 x 512: consecutive slices of it, one call after the other.
+/// From kLeastPictureRays up a call is a whole picture: a ray for each of its samples, or for each
+/// hit. Smaller ones are what a renderer sends that works its way through a picture: consecutive
+/// slices of it, one call after the other. Below kLeastStreamRays they are single rays and packets,
+/// which have calls of their own.
 struct BatchSize {
+  static constexpr std::size_t kLeastStreamRays = 64;
   static constexpr std::size_t kLeastPictureRays = 65'536;
 
   const char* name;
   std::size_t rays;
 
+  bool IsStream() const { return rays >= kLeastStreamRays; }
   bool IsSlice() const { return rays < kLeastPictureRays; }
-  Raster Picture() const;
 
-  /// Rays of one call, of a picture that makes `picture_rays` of this kind.
-  std::size_t RaysOfCall(std::size_t picture_rays) const;
+  /// Along one side; of a picture that is sliced, `sliced_side`.
+  std::uint32_t PictureSide(std::uint32_t sliced_side) const;
+
+  /// Rays that a program has at a time, of a picture that makes `picture_rays` of this kind: those
+  /// of a stream call, or some thousands of single rays or in full packets.
+  std::size_t RaysOfBatch(std::size_t picture_rays) const;
+
+  /// The calls by which a program may send as many rays at a time: a stream as single rays, too.
+  std::span<const Call> Calls() const;
 };
 
-/// 64, 4K, 64K, 256K, 1M, 4M, 16M.
+/// 1, 4, 8, 16, 64, 1K, 4K, 64K, 256K, 1M, 4M, 16M.
 std::span<const BatchSize> BatchSizes();
 
 /// Null if there is none of this name.

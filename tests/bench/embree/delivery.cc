@@ -24,6 +24,8 @@ struct Delivered {
 Delivered Send(double limit, const CommittedScene& scene, Query query, const Delivery& delivery,
                RayBuffer& rays) {
   rays.Rearm();
+  const std::size_t width = delivery.call.PacketWidth();
+  if (width > 1) MakePackets(width, rays.rays());
   const bool is_cut = delivery.slice < delivery.batch;
   Callers callers(is_cut ? delivery.callers : 1);
   const std::size_t batches = CountParts(rays.rays().size(), delivery.batch);
@@ -37,6 +39,7 @@ Delivered Send(double limit, const CommittedScene& scene, Query query, const Del
     ++done.batches;
     done.seconds = stopwatch.Seconds();
   }
+  if (width > 1) MakeRecords(width, rays.rays());
   return done;
 }
 

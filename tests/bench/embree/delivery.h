@@ -3,15 +3,16 @@
 
 #include <cstddef>
 
-#include "embree_library.h"
+#include "committed_scene.h"
 
 namespace dacrt::bench {
 
-/// How a program sends its rays.
+/// How a program sends its rays. Packets fill batches and slices.
 struct Delivery {
   Call call;
   std::size_t batch;  ///< rays that the program has at a time: the next wait for their results
-  std::size_t slice;  ///< rays of one call: the callers take the slices of a batch as they are free
+  std::size_t slice;  ///< the callers take the slices of a batch as they are free; of a stream, a
+                      ///< slice is one call
   int callers;
 
   bool operator==(const Delivery&) const = default;

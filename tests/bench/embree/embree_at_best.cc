@@ -3,33 +3,25 @@
 #include <algorithm>
 #include <span>
 
+#include "isa.h"
+
 namespace dacrt::bench {
 namespace {
 
-// Enough rays to tell the variants apart; more only where it is between the best.
-constexpr std::size_t kHeatRays = 65'536;
+// More only where it is between the best.
+constexpr std::size_t kHeatRays = 32'768;
 constexpr std::size_t kFinalists = 2;
 
 // Embree's 16-wide coherent occlusion is known not to return on some scenes; AVX2 stands in for it.
-bool IsUsable(const std::string& isa, Call call, Query query) {
-  return !(isa == "avx512" && call == Call::kCoherentStream && query == Query::kAny);
-}
-
-const char* Name(RTCBuildQuality quality) {
-  return quality == RTC_BUILD_QUALITY_LOW ? "low" : "medium";
-}
-
-RayBuffer HeatRays(const RayBuffer& rays) {
-  const std::size_t all = rays.rays().size();
-  const std::size_t count = std::min(all, kHeatRays);
-  return rays.Part((all - count) / 2, count);
+bool IsUsable(const std::string& isa, const Call& call, Query query) {
+  return !(isa == "avx512" && call.is_coherent && query == Query::kAny);
 }
 
 }  // namespace
 
 std::string Name(const EmbreeVariant& variant) {
   const Delivery& delivery = variant.delivery;
-  std::string name = variant.isa + " " + Name(variant.quality) + " " + Name(delivery.call);
+  std::string name = variant.isa + " " + Name(variant.build) + " " + Name(delivery.call);
   if (delivery.slice < delivery.batch) name += " / " + std::to_string(delivery.slice);
   return name;
 }
@@ -43,32 +35,59 @@ std::vector<std::size_t> SliceSizes(std::size_t batch, int threads) {
   return {(batch + threads - 1) / threads, batch};
 }
 
+RayBuffer HeatRays(const RayBuffer& rays) {
+  constexpr std::size_t kMostPacket = 16;
+  const std::size_t all = rays.rays().size();
+  const std::size_t count = std::min(all, kHeatRays);
+  return rays.Part((all - count) / 2 / kMostPacket * kMostPacket, count);
+}
+
+Delivery DeliveryOfCalls(const Call& call, std::size_t batch, int threads) {
+  constexpr std::size_t kRun = 1024;  // rays: long enough to take, short enough to wait for
+  return {call, batch, threads == 1 ? batch : std::min(kRun, batch), threads};
+}
+
 struct EmbreeAtBest::Trial {
   EmbreeVariant variant;
   double one_shot;
   double steady;
 };
 
-EmbreeAtBest::EmbreeAtBest(const BenchScene& scene, int threads) : threads_(threads) {
-  for (const char* const isa : {"avx2", "avx512"}) {
-    const EmbreeLibrary& library = libraries_.emplace_back(
-        DACRT_REAL_EMBREE, "threads=" + std::to_string(threads) + ",isa=" + isa);
-    for (const RTCBuildQuality quality : {RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM}) {
-      stills_.emplace_back(isa, quality, library, scene);
-    }
+// Of two commits one alone may have been disturbed, and the very first also starts the threads.
+EmbreeAtBest::Still::Still(const std::string& isa, Build build, const EmbreeLibrary& library,
+                           const SceneContent& content, bool anew)
+    : isa(isa),
+      build(build),
+      library(library),
+      scene(library, content, build),
+      commit_seconds(scene.commit_seconds()) {
+  if (!anew) return;
+  commit_seconds =
+      std::min(commit_seconds, CommittedScene(library, content, build).commit_seconds());
+}
+
+EmbreeAtBest::EmbreeAtBest(const SceneContent& content, const std::string& isa, int threads,
+                           std::span<const Build> builds, bool anew)
+    : threads_(threads), anew_(anew) {
+  for (const std::string& tried : IsasWithin(isa)) {
+    const EmbreeLibrary& library =
+        libraries_.emplace_back(DACRT_REAL_EMBREE, DeviceConfig(tried, threads));
+    for (const Build build : builds) stills_.emplace_back(tried, build, library, content, anew);
   }
 }
 
-EmbreeAtBest::Best EmbreeAtBest::Find(Query query, std::size_t batch, RayBuffer& rays) const {
+EmbreeAtBest::Best EmbreeAtBest::Find(Query query, const BatchSize& size, std::size_t batch,
+                                      RayBuffer& rays) const {
   RayBuffer heat_rays = HeatRays(rays);
   std::vector<Trial> trials;
-  for (const EmbreeVariant& variant : Variants(query, batch)) {
+  for (const EmbreeVariant& variant : Variants(query, size, batch)) {
     trials.push_back(Try(variant, query, heat_rays));
   }
   std::vector<Trial> finals;
   for (const auto time : {&Trial::one_shot, &Trial::steady}) {
+    if (time == &Trial::one_shot && !anew_) continue;
     std::ranges::sort(trials, {}, time);
-    for (const Trial& trial : std::span(trials).first(kFinalists)) {
+    for (const Trial& trial : std::span(trials).first(std::min(kFinalists, trials.size()))) {
       if (std::ranges::find(finals, trial.variant, &Trial::variant) != finals.end()) continue;
       finals.push_back(Try(trial.variant, query, rays));
     }
@@ -87,17 +106,22 @@ const CommittedScene& EmbreeAtBest::StillScene(const EmbreeVariant& variant) con
 
 const EmbreeAtBest::Still& EmbreeAtBest::Find(const EmbreeVariant& variant) const {
   return *std::ranges::find_if(stills_, [&](const Still& still) {
-    return still.isa == variant.isa && still.quality == variant.quality;
+    return still.isa == variant.isa && still.build == variant.build;
   });
 }
 
-std::vector<EmbreeVariant> EmbreeAtBest::Variants(Query query, std::size_t batch) const {
+std::vector<EmbreeVariant> EmbreeAtBest::Variants(Query query, const BatchSize& size,
+                                                  std::size_t batch) const {
   std::vector<EmbreeVariant> variants;
   for (const Still& still : stills_) {
-    for (const Call call : {Call::kCoherentStream, Call::kIncoherentStream, Call::kSingleRays}) {
+    for (const Call& call : size.Calls()) {
       if (!IsUsable(still.isa, call, query)) continue;
+      if (!size.IsStream()) {
+        variants.push_back({still.isa, still.build, DeliveryOfCalls(call, batch, threads_)});
+        continue;
+      }
       for (const std::size_t slice : SliceSizes(batch, threads_)) {
-        variants.push_back({still.isa, still.quality, {call, batch, slice, threads_}});
+        variants.push_back({still.isa, still.build, {call, batch, slice, threads_}});
       }
     }
   }
@@ -109,7 +133,7 @@ EmbreeAtBest::Trial EmbreeAtBest::Try(const EmbreeVariant& variant, Query query,
   const Still& still = Find(variant);
   const double seconds = Deliver(still.scene, query, variant.delivery, rays);
   const double of_batch = seconds / rays.rays().size() * variant.delivery.batch;
-  return {variant, still.LeastCommitSeconds() + of_batch, of_batch};
+  return {variant, still.commit_seconds + of_batch, of_batch};
 }
 
 }  // namespace dacrt::bench

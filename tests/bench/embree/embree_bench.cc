@@ -1,13 +1,13 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <span>
-#include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "batch_size.h"
+#include "cell_list.h"
+#include "cell_runs.h"
 #include "command_line.h"
 #include "embree_contest.h"
 #include "embree_options.h"
@@ -15,117 +15,77 @@
 #include "embree_report.h"
 #include "errors.h"
 #include "format.h"
-#include "output_file.h"
+#include "geometry_kind.h"
+#include "memory_child.h"
 #include "processor.h"
 #include "progress.h"
 
 namespace dacrt::bench {
 namespace {
 
-// Memory is measured with the rays of these cells.
-bool MeasuresMemory(const Cell& cell) {
-  return cell.kind == "diffuse" && (cell.size == "64K" || cell.size == "1M");
-}
-
-// The cells that an earlier run has written; none if there was none.
-void Resume(const std::string& path, EmbreeResults& results) {
-  std::ifstream file(path);
-  if (!file) return;
-  try {
-    AddCells(nlohmann::ordered_json::parse(file), results);
-  } catch (const nlohmann::json::exception&) {
-    throw UsageError(path + " is not a result that can be resumed");
-  }
-}
-
-// Calls `work` with each run of cells that have the member in common.
-template <class Member, class Work>
-void ForEachRun(std::span<const Cell> cells, Member Cell::*member, const Work& work) {
-  while (!cells.empty()) {
-    const auto end = std::ranges::find_if(
-        cells, [&](const Cell& cell) { return cell.*member != cells.front().*member; });
-    const std::size_t count = end - cells.begin();
-    work(cells.first(count));
-    cells = cells.subspan(count);
-  }
+MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayBuffer& rays) {
+  const std::string config = DeviceConfig(cell.isa, cell.threads);
+  return {.cell = cell,
+          .triangles = scene.TriangleCount(),
+          .rays = rays.rays().size(),
+          .embree = MeasureMemoryInChild(DACRT_REAL_EMBREE, config, scene, cell.geometry, rays),
+          .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config, scene, cell.geometry, rays)};
 }
 
 class Benchmark {
  public:
-  Benchmark(const EmbreeOptions& options, std::vector<Cell> cells, EmbreeResults results)
-      : options_(options),
-        cells_(std::move(cells)),
-        progress_(cells_.size()),
-        results_(std::move(results)) {}
+  Benchmark(const EmbreeOptions& options, std::size_t cells, EmbreeResults& results)
+      : options_(options), progress_(cells), results_(results) {}
 
-  const EmbreeResults& results() const { return results_; }
-  bool is_complete() const { return is_complete_; }
-
-  void Run() {
-    Save();  // so that an output that cannot be written shows before measuring
-    ForEachRun(cells_, &Cell::scene, [&](std::span<const Cell> cells) {
-      progress_.Show(cells.front().scene + ": loading");
-      try {
-        BenchScene scene = SceneSource(cells.front().scene, options_.folder).Load();
-        scene.mesh.positions.push_back(0);  // Embree reads it with the last vertex
-        ForEachRun(cells, &Cell::threads,
-                   [&](std::span<const Cell> group) { MeasureScene(scene, group); });
-      } catch (const UnreadableScene& error) {
-        is_complete_ = false;
-        progress_.Say(error.what());
-        progress_.Skip(cells.size());
-      }
-    });
+  // False if a scene could not be read.
+  bool Run(std::span<const Cell> cells) {
+    return MeasureByScene(cells, options_.folder, progress_,
+                          [this](const BenchScene& scene, std::span<const Cell> together) {
+                            MeasureTogether(scene, together);
+                          });
   }
 
  private:
-  void MeasureScene(const BenchScene& scene, std::span<const Cell> cells) {
-    progress_.Show(cells.front().scene + ": commits");
-    EmbreeContest contest(scene, cells.front().threads);
+  void MeasureTogether(const BenchScene& scene, std::span<const Cell> cells) {
+    const Cell& first = cells.front();
+    progress_.Show(Name(first) + ": commits");
+    const SceneContent content = FindGeometryKind(first.geometry)->make(scene);
+    EmbreeContest contest(scene, content,
+                          {.isa = first.isa,
+                           .threads = first.threads,
+                           .anew = std::ranges::any_of(cells, MeasuresOneShot)},
+                          options_.effort);
     for (const Cell& cell : cells) {
       const std::string name = Name(cell);
       const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
       show("making rays");
       RayBuffer rays = contest.MakeRays(cell);
-      if (rays.rays().empty()) {
+      const BatchSize& size = *FindBatchSize(cell.size);
+      if (rays.rays().size() < (size.IsSlice() ? size.rays : 1)) {
         progress_.Finish(name + ": there are no such rays");
         continue;
       }
       try {
-        results_.cells.push_back(contest.Measure(cell, options_.repeat, show, rays));
+        results_.cells.push_back(contest.Measure(cell, show, rays));
       } catch (const Disagreement& error) {
         throw Disagreement(name + ": " + error.what());
       }
       if (MeasuresMemory(cell)) {
         show("memory");
-        results_.memory.push_back(contest.MeasureMemory(cell, rays));
+        results_.memory.push_back(MeasureMemoryOfBoth(cell, scene, rays));
       }
-      Save();
+      // After every cell: what was measured is not lost if the run ends early.
+      Save(options_.outputs, results_);
       const CellResult& result = results_.cells.back();
-      progress_.Finish(name + ": one shot x " + Fixed(result.OneShotRatio(), 2) + ", steady x " +
-                       Fixed(result.SteadyRatio(), 2));
-    }
-  }
-
-  // After every cell: what was measured is not lost if the run ends early.
-  void Save() const {
-    if (!options_.json.empty()) WriteFile(options_.json, JsonText(ToJson(results_)));
-    if (!options_.markdown.empty()) {
-      std::ostringstream text;
-      PrintMarkdown(results_, text);
-      WriteFile(options_.markdown, text.str());
-    }
-    if (!options_.plots.empty()) {
-      MakeFolder(options_.plots);
-      WriteEmbreePlots(results_, options_.plots);
+      progress_.Finish(
+          name + (result.HasOneShot() ? ": one shot x " + Fixed(result.OneShotRatio(), 2) : ":") +
+          " steady x " + Fixed(result.SteadyRatio(), 2));
     }
   }
 
   const EmbreeOptions& options_;
-  const std::vector<Cell> cells_;
   Progress progress_;
-  EmbreeResults results_;
-  bool is_complete_ = true;
+  EmbreeResults& results_;
 };
 
 int Main(int argc, char** argv) {
@@ -133,21 +93,16 @@ int Main(int argc, char** argv) {
   if (!options) return kSuccess;
   EmbreeResults results{.command = CommandText("tests/bench/run embree", argc, argv),
                         .processor = ProcessorName(),
-                        .repeat = options->repeat,
+                        .repeat = options->effort.repeat,
                         .cells = {},
                         .memory = {}};
-  if (options->resume) Resume(options->json, results);
   std::vector<Cell> cells = options->cells;
-  std::erase_if(cells, [&](const Cell& cell) {
-    return std::ranges::find(results.cells, cell, &CellResult::cell) != results.cells.end();
-  });
-  bool is_complete;
-  {
-    Benchmark benchmark(*options, std::move(cells), std::move(results));
-    benchmark.Run();
-    results = benchmark.results();
-    is_complete = benchmark.is_complete();
+  if (options->outputs.resume) {
+    Resume(options->outputs.json, results);
+    DropMeasured(results, cells);
   }
+  Save(options->outputs, results);  // an output that cannot be written shows before measuring
+  const bool is_complete = Benchmark(*options, cells.size(), results).Run(cells);
   PrintText(results, std::cout);
   return is_complete ? kSuccess : kUnreadableScene;
 }

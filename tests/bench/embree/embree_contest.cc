@@ -1,94 +1,95 @@
 #include "embree_contest.h"
 
-#include <algorithm>
+#include <vector>
 
-#include "batch_size.h"
-#include "errors.h"
-#include "memory_child.h"
+#include "cell_list.h"
+#include "hit_shares.h"
 #include "timing.h"
 
 namespace dacrt::bench {
 namespace {
 
-// What the drop-in is called with: it finds out itself how coherent the rays are.
-constexpr Call kDropInCall = Call::kIncoherentStream;
+// The drop-in is told nothing of how coherent the rays are: it finds out itself.
+constexpr bool kSaysCoherent = false;
 // It has no tree to build, well or badly.
-constexpr RTCBuildQuality kDropInQuality = RTC_BUILD_QUALITY_MEDIUM;
+constexpr Build kDropInBuild = Build::kMedium;
 
-// As many slices are measured as it takes this long to trace once: all of them, unless a library is
-// very slow.
-constexpr double kSlicesSeconds = 0.5;
-
-// Times of a millisecond vary: there are more rounds than asked for until they have taken this
-// long, up to a multiple.
-constexpr double kRoundsSeconds = 0.5;
+// There are more rounds than asked for while they are short, up to a multiple.
 constexpr int kMostRoundsFactor = 5;
 
-std::size_t CountHits(Query query, const RayBuffer& rays) {
-  return std::ranges::count_if(rays.rays(), [query](const RayRecord& ray) {
-    return query == Query::kAny ? ray.tfar < 0 : ray.geometry_id != kNoGeometry;
-  });
+std::vector<Build> Builds(bool anew) {
+  if (!anew) return {Build::kMedium};
+  return {Build::kMedium, Build::kLow, Build::kLowDynamic};
 }
 
-void CheckHits(std::size_t embree, std::size_t dacrt, std::size_t rays) {
-  constexpr double kTolerance = 1e-4;  // of the rays: edges and ends decided the other way
-  const double apart = embree > dacrt ? embree - dacrt : dacrt - embree;
-  if (apart <= kTolerance * rays + 1) return;
-  throw Disagreement("Embree finds " + std::to_string(embree) + " hits and dacrt " +
-                     std::to_string(dacrt) + " with the same " + std::to_string(rays) + " rays");
+// Streams in one call each; else as Embree is called.
+Delivery DropInDelivery(const BatchSize& size, std::size_t batch, int threads) {
+  const Call call{size.Calls().front().form, kSaysCoherent};
+  if (size.IsStream()) return {call, batch, batch, 1};
+  return DeliveryOfCalls(call, batch, threads);
 }
 
 }  // namespace
 
-EmbreeContest::EmbreeContest(const BenchScene& scene, int threads)
+EmbreeContest::EmbreeContest(const BenchScene& scene, const SceneContent& content,
+                             const ContestSetup& setup, const Effort& effort)
     : scene_(scene),
-      config_("threads=" + std::to_string(threads)),
-      embree_(scene, threads),
-      drop_in_(DACRT_DROP_IN, config_),
-      rays_(scene) {}
+      content_(content),
+      setup_(setup),
+      effort_(effort),
+      embree_(content, setup.isa, setup.threads, Builds(setup.anew), setup.anew),
+      drop_in_(setup.drop_in, DeviceConfig(setup.isa, setup.threads)),
+      rays_(scene, content.needs) {}
 
 RayBuffer EmbreeContest::MakeRays(const Cell& cell) {
-  const Raster picture = FindBatchSize(cell.size)->Picture();
-  return rays_.Make(*FindRayKind(cell.kind), picture, [this](RayBuffer& primary) {
-    // A scene of its own: those that are measured have seen no rays.
-    const CommittedScene scene(drop_in_, scene_, kDropInQuality);
-    scene.Trace(Query::kClosest, kDropInCall, primary.rays());
+  const std::uint32_t side = FindBatchSize(cell.size)->PictureSide(effort_.sliced_side);
+  return rays_.Make(*FindRayKind(cell.kind), side, [this](RayBuffer& primary) {
+    // A scene of its own: the one that is measured has seen no rays.
+    const CommittedScene scene(drop_in_, content_, kDropInBuild);
+    scene.Trace(Query::kClosest, kIncoherentStream, primary.rays());
   });
 }
 
-CellResult EmbreeContest::Measure(const Cell& cell, int repeat, const OnStep& on_step,
-                                  RayBuffer& rays) const {
+const CommittedScene& EmbreeContest::StillDropIn() {
+  if (!still_drop_in_) still_drop_in_.emplace(drop_in_, content_, kDropInBuild);
+  return *still_drop_in_;
+}
+
+CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBuffer& rays) {
   const Query query = FindRayKind(cell.kind)->query;
   const BatchSize& size = *FindBatchSize(cell.size);
-  const std::size_t batch = size.RaysOfCall(rays.rays().size());
-  const Delivery to_drop_in = {kDropInCall, batch, batch, 1};
+  const std::size_t batch = size.RaysOfBatch(rays.rays().size());
   RayBuffer middle = rays.Part((rays.rays().size() - batch) / 2, size.IsSlice() ? batch : 0);
   RayBuffer& first_batch = size.IsSlice() ? middle : rays;
 
   on_step("first calls");
   rays.Keep(rays.rays().size() / batch * batch);
-  const CommittedScene still_dacrt(drop_in_, scene_, kDropInQuality);
-  const std::size_t batches = DeliverFor(kSlicesSeconds, still_dacrt, query, to_drop_in, rays);
+  const CommittedScene& still_dacrt = StillDropIn();
+  const Delivery to_drop_in = DropInDelivery(size, batch, setup_.threads);
+  const std::size_t batches =
+      DeliverFor(effort_.slices_seconds, still_dacrt, query, to_drop_in, rays);
   rays.Keep(batches * batch);
-  const std::size_t dacrt_hits = CountHits(query, rays);
+  const HitShares hits(query, rays);
 
   on_step("looking for Embree's best");
-  const EmbreeAtBest::Best best = embree_.Find(query, batch, rays);
-  const CommittedScene& still_embree = embree_.StillScene(best.steady);
-  Deliver(still_embree, query, best.steady.delivery, rays);
-  CheckHits(CountHits(query, rays), dacrt_hits, rays.rays().size());
+  const EmbreeAtBest::Best best = embree_.Find(query, size, batch, rays);
+  hits.Check(rays);
 
+  const CommittedScene& still_embree = embree_.StillScene(best.steady);
+  const bool anew = setup_.anew && MeasuresOneShot(cell);
   CellResult result{.cell = cell,
                     .triangles = scene_.TriangleCount(),
                     .rays = batch,
                     .batches = batches,
-                    .embree_one_shot = Name(best.one_shot),
+                    .hits = hits.hits(),
+                    .equal_hits = hits.Equal(rays),
+                    .embree_one_shot = anew ? Name(best.one_shot) : "",
                     .embree_steady = Name(best.steady),
                     .embree = {},
                     .dacrt = {}};
-  const auto one_shot = [&](const EmbreeLibrary& library, RTCBuildQuality quality,
-                            const Delivery& delivery, Times& times) {
-    const CommittedScene fresh(library, scene_, quality);
+  const auto one_shot = [&](const EmbreeLibrary& library, Build build, const Delivery& delivery,
+                            Times& times) {
+    const CommittedScene fresh(library, content_, build);
     times.commit.push_back(fresh.commit_seconds());
     times.first.push_back(Deliver(fresh, query, delivery, first_batch));
   };
@@ -96,25 +97,19 @@ CellResult EmbreeContest::Measure(const Cell& cell, int repeat, const OnStep& on
     times.steady.push_back(Deliver(scene, query, delivery, rays) / batches);
   };
   const Stopwatch stopwatch;
-  for (int round = 0; round < repeat ||
-                      (round < repeat * kMostRoundsFactor && stopwatch.Seconds() < kRoundsSeconds);
+  for (int round = 0; round < effort_.repeat || (round < effort_.repeat * kMostRoundsFactor &&
+                                                 stopwatch.Seconds() < effort_.rounds_seconds);
        ++round) {
     on_step("round " + std::to_string(round + 1));
-    one_shot(embree_.Library(best.one_shot), best.one_shot.quality, best.one_shot.delivery,
-             result.embree);
-    one_shot(drop_in_, kDropInQuality, to_drop_in, result.dacrt);
+    if (anew) {
+      one_shot(embree_.Library(best.one_shot), best.one_shot.build, best.one_shot.delivery,
+               result.embree);
+      one_shot(drop_in_, kDropInBuild, to_drop_in, result.dacrt);
+    }
     steady(still_embree, best.steady.delivery, result.embree);
     steady(still_dacrt, to_drop_in, result.dacrt);
   }
   return result;
-}
-
-MemoryResult EmbreeContest::MeasureMemory(const Cell& cell, RayBuffer& rays) const {
-  return {.cell = cell,
-          .triangles = scene_.TriangleCount(),
-          .rays = rays.rays().size(),
-          .embree = MeasureMemoryInChild(DACRT_REAL_EMBREE, config_, scene_, rays),
-          .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config_, scene_, rays)};
 }
 
 }  // namespace dacrt::bench

@@ -1,23 +1,13 @@
-// One of the two libraries with Embree's interface, and a scene in it, timed.
+// One of the two libraries with Embree's interface.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <memory>
-#include <span>
 #include <string>
 
-#include "bench_scene.h"
 #include "embree_api.h"
 #include "embree_scene.h"
-#include "ray_buffer.h"
 
 namespace dacrt::bench {
-
-/// How a program hands over its rays.
-enum class Call { kCoherentStream, kIncoherentStream, kSingleRays };
-
-const char* Name(Call call);
 
 /// A device of a library.
 ///
@@ -38,25 +28,7 @@ class EmbreeLibrary {
   std::unique_ptr<tests::EmbreeDevice> device_;
 };
 
-/// The mesh of a benchmark's scene, shared with the library.
-class CommittedScene {
- public:
-  /// Both must outlive this. Embree reads one float beyond the last vertex: it must be there.
-  /// Throws std::runtime_error if the library reports an error.
-  CommittedScene(const EmbreeLibrary& library, const BenchScene& scene, RTCBuildQuality quality);
-  ~CommittedScene();
-  CommittedScene(const CommittedScene&) = delete;
-  CommittedScene& operator=(const CommittedScene&) = delete;
-
-  double commit_seconds() const { return commit_seconds_; }
-
-  /// Traces the rays, which must be armed. May be called from several threads.
-  void Trace(Query query, Call call, std::span<RayRecord> rays) const;
-
- private:
-  const EmbreeLibrary& library_;
-  RTCScene scene_;
-  double commit_seconds_ = 0;
-};
+/// For rtcNewDevice.
+std::string DeviceConfig(const std::string& isa, int threads);
 
 }  // namespace dacrt::bench

@@ -5,16 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "embree_contest.h"
 #include "embree_results.h"
+#include "outputs.h"
 
 namespace dacrt::bench {
 
 struct EmbreeOptions {
-  std::vector<Cell> cells;  ///< scene by scene; of a scene, one number of threads after the other
+  std::vector<Cell> cells;  ///< scene by scene; those that are measured together follow each other
   std::string folder;       ///< of the PLY scenes
-  int repeat = 3;
-  std::string json, markdown, plots;  ///< where to write; empty: nowhere
-  bool resume = false;
+  Effort effort;
+  Outputs outputs;
 };
 
 /// Nothing if only help was asked for, which has then been printed. Throws UsageError (errors.h).

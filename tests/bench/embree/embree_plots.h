@@ -3,16 +3,19 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "embree_results.h"
 
 namespace dacrt::bench {
 
 /// A panel for each kind of rays: both ratios, a line for each number of threads, against the
-/// number of rays a call.
+/// number of rays a call. Of triangles, on the best instruction set.
 std::string EmbreePlot(const EmbreeResults& results, const std::string& scene);
 
-/// Writes SCENE.svg into the folder for each scene. Throws OutputError (errors.h).
-void WriteEmbreePlots(const EmbreeResults& results, const std::filesystem::path& folder);
+/// Writes embree-SCENE.svg into the folder for each scene, and returns these names. Throws
+/// OutputError (errors.h).
+std::vector<std::string> WritePlots(const EmbreeResults& results,
+                                    const std::filesystem::path& folder);
 
 }  // namespace dacrt::bench

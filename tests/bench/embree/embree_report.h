@@ -9,7 +9,7 @@ namespace dacrt::bench {
 
 void PrintText(const EmbreeResults& results, std::ostream& out);
 
-/// The same, to be put on a page, with the command that made it.
+/// The same as a page, with the command that made it.
 void PrintMarkdown(const EmbreeResults& results, std::ostream& out);
 
 }  // namespace dacrt::bench

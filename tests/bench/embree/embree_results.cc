@@ -1,5 +1,6 @@
 #include "embree_results.h"
 
+#include "format.h"
 #include "timing.h"
 
 namespace dacrt::bench {
@@ -21,32 +22,38 @@ Json ToJson(const MemoryUse& use) {
   return {{"kept_announced_bytes", use.kept_announced},
           {"peak_announced_bytes", use.peak_announced},
           {"kept_resident_bytes", use.kept_resident},
-          {"peak_resident_bytes", use.peak_resident}};
+          {"peak_resident_bytes", use.peak_resident},
+          {"left_resident_bytes", use.left_resident}};
 }
 
 MemoryUse MemoryUseFrom(const Json& json) {
   return {json.at("kept_announced_bytes"), json.at("peak_announced_bytes"),
-          json.at("kept_resident_bytes"), json.at("peak_resident_bytes")};
+          json.at("kept_resident_bytes"), json.at("peak_resident_bytes"),
+          json.at("left_resident_bytes")};
 }
 
 Json ToJson(const Cell& cell, std::size_t triangles, std::size_t rays) {
-  return {{"scene", cell.scene}, {"triangles", triangles}, {"kind", cell.kind},
-          {"size", cell.size},   {"rays", rays},           {"threads", cell.threads}};
+  return {{"scene", cell.scene}, {"triangles", triangles}, {"geometry", cell.geometry},
+          {"isa", cell.isa},     {"kind", cell.kind},      {"size", cell.size},
+          {"rays", rays},        {"threads", cell.threads}};
 }
 
 Cell CellFrom(const Json& json) {
-  return {json.at("scene"), json.at("kind"), json.at("size"), json.at("threads")};
+  return {json.at("scene"), json.at("geometry"), json.at("isa"),
+          json.at("kind"),  json.at("size"),     json.at("threads")};
 }
 
 Json ToJson(const CellResult& result) {
   Json json = ToJson(result.cell, result.triangles, result.rays);
   json.update({{"batches", result.batches},
+               {"hits", result.hits},
+               {"equal_hits", result.equal_hits},
                {"embree_one_shot", result.embree_one_shot},
                {"embree_steady", result.embree_steady},
                {"embree", ToJson(result.embree)},
                {"dacrt", ToJson(result.dacrt)},
-               {"one_shot_ratio", result.OneShotRatio()},
                {"steady_ratio", result.SteadyRatio()}});
+  if (result.HasOneShot()) json["one_shot_ratio"] = result.OneShotRatio();
   return json;
 }
 
@@ -55,6 +62,8 @@ CellResult CellResultFrom(const Json& json) {
           json.at("triangles"),
           json.at("rays"),
           json.at("batches"),
+          json.at("hits"),
+          json.at("equal_hits"),
           json.at("embree_one_shot"),
           json.at("embree_steady"),
           TimesFrom(json.at("embree")),
@@ -82,8 +91,9 @@ Json ListOf(const std::vector<Result>& results) {
 }  // namespace
 
 std::string Name(const Cell& cell) {
-  return cell.scene + ", " + cell.kind + ", " + cell.size + ", " + std::to_string(cell.threads) +
-         (cell.threads == 1 ? " thread" : " threads");
+  const std::string geometry = cell.geometry == "triangles" ? "" : ", " + cell.geometry;
+  return cell.scene + geometry + ", " + cell.isa + ", " + cell.kind + ", " + cell.size + ", " +
+         ThreadsText(cell.threads);
 }
 
 double Times::OneShot() const {

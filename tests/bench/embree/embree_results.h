@@ -11,23 +11,25 @@ namespace dacrt::bench {
 /// A place in the matrix.
 struct Cell {
   std::string scene;
-  std::string kind;  ///< of the rays, by its name in RayKinds
-  std::string size;  ///< of a batch, by its name in BatchSizes
+  std::string geometry;  ///< by its name in GeometryKinds
+  std::string isa;       ///< the most that both libraries may use
+  std::string kind;      ///< of the rays, by its name in RayKinds
+  std::string size;      ///< of a call, by its name in BatchSizes
   int threads;
 
   bool operator==(const Cell&) const = default;
 };
 
-/// As "hall-1m, diffuse, 64K, 2 threads".
+/// As "hall-1m, quads, avx2, diffuse, 64K, 2 threads"; triangles are not named.
 std::string Name(const Cell& cell);
 
 /// Seconds, one value a round.
 struct Times {
-  std::vector<double> commit;  ///< of a scene not seen before
+  std::vector<double> commit;  ///< of a scene not seen before; none where that is not measured
   std::vector<double> first;   ///< the first batch on it
   std::vector<double> steady;  ///< a later batch on a still scene
 
-  double OneShot() const;  ///< median of commit and first batch together
+  double OneShot() const;  ///< median of commit and first batch together, which there must be
   double Steady() const;   ///< median
 };
 
@@ -35,11 +37,14 @@ struct Times {
 struct CellResult {
   Cell cell;
   std::size_t triangles;
-  std::size_t rays;     ///< of a batch; where it is a whole picture, those that this kind has
+  std::size_t rays;     ///< of a batch; of a whole picture, those that this kind has
   std::size_t batches;  ///< of whose time `steady` is the mean
+  double hits;          ///< the share of rays that hit something
+  double equal_hits;    ///< and of those that get the same answer from both
   std::string embree_one_shot, embree_steady;  ///< the fastest ways to use Embree
   Times embree, dacrt;
 
+  bool HasOneShot() const { return !dacrt.commit.empty(); }
   double OneShotRatio() const { return embree.OneShot() / dacrt.OneShot(); }
   double SteadyRatio() const { return embree.Steady() / dacrt.Steady(); }
 };
@@ -49,6 +54,7 @@ struct CellResult {
 struct MemoryUse {
   std::size_t kept_announced, peak_announced;  ///< to the memory monitor
   std::size_t kept_resident, peak_resident;    ///< in the memory of the process
+  std::size_t left_resident;                   ///< when the scene has been released: the workspaces
 };
 
 /// Each library in a process of its own, with the same rays.

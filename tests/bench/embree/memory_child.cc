@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "geometry_kind.h"
+
 namespace dacrt::bench {
 namespace {
 
@@ -66,18 +68,20 @@ RayBuffer ReadRays(std::FILE* file) {
 }
 
 // Runs the child with its standard input and output in these files.
-void RunChild(const std::string& library, const std::string& config, MemoryFile& input,
-              MemoryFile& output) {
+void RunChild(const std::string& library, const std::string& config, const std::string& geometry,
+              MemoryFile& input, MemoryFile& output) {
   std::fflush(input.get());
   std::rewind(input.get());
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, input.Descriptor(), STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, output.Descriptor(), STDOUT_FILENO);
-  std::string arguments[] = {DACRT_MEMORY_CHILD, library, config};
-  char* const argv[] = {arguments[0].data(), arguments[1].data(), arguments[2].data(), nullptr};
+  std::string arguments[] = {DACRT_MEMORY_CHILD, library, config, geometry};
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
   pid_t child;
-  const int error = posix_spawn(&child, argv[0], &files, nullptr, argv, environ);
+  const int error = posix_spawn(&child, argv[0], &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   int status = 0;
   if (error || waitpid(child, &status, 0) < 0 || status != 0) {
@@ -89,25 +93,27 @@ void RunChild(const std::string& library, const std::string& config, MemoryFile&
 }  // namespace
 
 MemoryUse MeasureMemoryInChild(const std::string& path, const std::string& config,
-                               const BenchScene& scene, RayBuffer& rays) {
+                               const BenchScene& scene, const std::string& geometry,
+                               RayBuffer& rays) {
   rays.Rearm();
   MemoryFile input, output;
   const scenes::Mesh& mesh = scene.mesh;
   Write(mesh.positions.data(), mesh.positions.size(), input.get());
   Write(mesh.indices.data(), mesh.indices.size(), input.get());
   Write(rays.rays().data(), rays.rays().size(), input.get());
-  RunChild(path, config, input, output);
+  RunChild(path, config, geometry, input, output);
   MemoryUse use;
   ReadItems(&use, 1, output.get());
   return use;
 }
 
-void AnswerMemory(const std::string& path, const std::string& config) {
+void AnswerMemory(const std::string& path, const std::string& config, const std::string& geometry) {
   BenchScene scene{};
   scene.mesh.positions = ReadVector<float>(stdin);
   scene.mesh.indices = ReadVector<uint32_t>(stdin);
   RayBuffer rays = ReadRays(stdin);
-  const MemoryUse use = MeasureMemory(path, config, scene, rays);
+  const SceneContent content = FindGeometryKind(geometry)->make(scene);
+  const MemoryUse use = MeasureMemory(path, config, content, rays);
   std::fwrite(&use, sizeof(use), 1, stdout);
 }
 

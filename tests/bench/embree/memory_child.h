@@ -8,12 +8,14 @@
 
 namespace dacrt::bench {
 
-/// MeasureMemory in a process of its own. Rearms the rays. Throws std::runtime_error if that fails.
+/// MeasureMemory in a process of its own, of a kind of geometry by its name in GeometryKinds.
+/// Rearms the rays. Throws std::runtime_error if that fails.
 MemoryUse MeasureMemoryInChild(const std::string& path, const std::string& config,
-                               const BenchScene& scene, RayBuffer& rays);
+                               const BenchScene& scene, const std::string& geometry,
+                               RayBuffer& rays);
 
 /// The child: reads mesh and rays from the standard input, because to make them would leave traces
 /// in its memory, and answers on the standard output. Throws std::runtime_error.
-void AnswerMemory(const std::string& path, const std::string& config);
+void AnswerMemory(const std::string& path, const std::string& config, const std::string& geometry);
 
 }  // namespace dacrt::bench

@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+
+#include "committed_scene.h"
 
 namespace dacrt::bench {
 namespace {
@@ -48,21 +52,26 @@ std::size_t Difference(std::size_t after, std::size_t before) {
 
 }  // namespace
 
-MemoryUse MeasureMemory(const std::string& path, const std::string& config, const BenchScene& scene,
-                        RayBuffer& rays) {
+MemoryUse MeasureMemory(const std::string& path, const std::string& config,
+                        const SceneContent& content, RayBuffer& rays) {
   const EmbreeLibrary library(path, config);
   Announced announced;
   library.api().rtcSetDeviceMemoryMonitorFunction(library.device().handle(), &Announced::Add,
                                                   &announced);
   const Resident before;
-  const CommittedScene committed(library, scene, RTC_BUILD_QUALITY_MEDIUM);
-  committed.Trace(Query::kClosest, Call::kIncoherentStream, rays.rays());
+  std::optional<CommittedScene> committed(std::in_place, library, content, Build::kMedium);
+  committed->Trace(Query::kClosest, kIncoherentStream, rays.rays());
   malloc_trim(0);  // what is free again is not held, whether malloc has returned it yet or not
   const Resident after;
-  return {.kept_announced = static_cast<std::size_t>(announced.now),
+  const auto kept_announced = static_cast<std::size_t>(announced.now);
+  committed.reset();
+  malloc_trim(0);
+  const Resident left;
+  return {.kept_announced = kept_announced,
           .peak_announced = static_cast<std::size_t>(announced.peak),
           .kept_resident = Difference(after.anonymous, before.anonymous),
-          .peak_resident = Difference(after.peak - after.files, before.anonymous)};
+          .peak_resident = Difference(after.peak - after.files, before.anonymous),
+          .left_resident = Difference(left.anonymous, before.anonymous)};
 }
 
 }  // namespace dacrt::bench
