@@ -1,0 +1,91 @@
+// One call on a divided scene: rays leave, work on those of others, and come home.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "dacrt/mpi.h"
+#include "members.h"
+#include "ray_bundle.h"
+
+namespace dacrt::mpi {
+
+/// What the ranks know of a scene.
+struct DividedParts {
+  uint64_t number;
+  std::vector<Bounds> bounds;  ///< of each rank's part
+  bool has_callbacks;          ///< on some rank
+};
+
+/// Every ray visits the ranks that it may hit something on, nearest first, and carries the closest
+/// hit of these with it. Its home learns of its end, and the call ends when all rays have ended on
+/// all ranks. Nothing is written for the program before that.
+class DividedCall {
+ public:
+  DividedCall(Members& members, const LocalScene& local, const DividedParts& parts, uint64_t call,
+              std::size_t bundle_rays, Query query, const RayView& rays, const CallOptions& options,
+              Traffic& traffic);
+
+  /// Throws what goes wrong, when no ray has changed.
+  void Run();
+
+  /// Writes the hits into the program's records.
+  void Store() const;
+
+ private:
+  /// A ray that is traced here.
+  struct Visitor {
+    TravellingRay ray;
+    HitRecord found;  ///< found.t is tfar before it is traced
+    float found_key;
+  };
+  struct Bucket {
+    Message message;
+    uint32_t count = 0;
+  };
+  using BucketName = std::pair<int, uint32_t>;  ///< the rank that it goes to, and RecordKind::Bits
+  struct Answers {
+    uint64_t done = 0;
+    std::vector<std::pair<uint32_t, HitRecord>> hits;  ///< by index
+  };
+
+  bool TakeMessages();
+  void TakeAnswers(Reader& reader, const BundleHead& head);
+  bool Work();
+  void SendOwnRays();
+  void TraceBundle(const Message& bundle);
+  void Trace(std::vector<Visitor>& visitors);
+  void FindKeysOf(std::vector<Visitor>& visitors);
+  /// Where a ray goes from here; a hit that was found here counts.
+  int NextOf(const Visitor& visitor) const;
+  void Dispatch(const TravellingRay& ray, RecordKind kind, int next);
+  void End(const TravellingRay& ray);
+  void Flush(const BucketName& name, Bucket& bucket);
+  void FlushAll();
+  void SendAnswers(int home, Answers& answers);
+  BundleHead Head() const;
+
+  Members& members_;
+  Link& link_;
+  const LocalScene& local_;
+  const DividedParts& parts_;
+  const uint64_t call_;
+  const std::size_t bundle_rays_;
+  const Query query_;
+  const RayView& rays_;
+  const CallOptions& options_;
+  Traffic& traffic_;
+  const int tag_;
+
+  RecordKind own_kind_;
+  std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that has not left
+  std::size_t ended_ = 0;     ///< of these, how many go no farther
+  Answers own_;
+  std::deque<Message> work_;
+  std::map<BucketName, Bucket> buckets_;
+  std::map<int, Answers> answers_;  ///< by home
+};
+
+}  // namespace dacrt::mpi
