@@ -102,6 +102,13 @@ class GroupScene {
   virtual bool is_shared() const = 0;
 };
 
+/// How the processes of a group can end; the worse, the larger.
+enum class Ending {
+  kFinalise,  ///< with MPI_Finalize
+  kLeave,     ///< without, because a rank has ended before: MPI_Finalize might wait for it for ever
+  kAbort,     ///< with MPI_Abort, because a rank may still be running that nobody hears of
+};
+
 /// Ranks that work together. Keeps the communicator until its end.
 class Group {
  public:
@@ -126,9 +133,8 @@ class Group {
   virtual Traffic traffic() const = 0;
 
   /// Lets the workers of Mode::kReplicate go; as the destructor does. Later calls are answered by
-  /// this rank alone. False if a rank is lost and may still be running, so that MPI_Finalize would
-  /// wait for it for ever, and MPI_Abort has to end the job.
-  virtual bool End() = 0;
+  /// this rank alone. Kills workers on this machine that hang.
+  virtual Ending End() = 0;
 
   /// Calls of fewer rays than this stay on the rank.
   virtual std::size_t least_rays() const = 0;
@@ -144,7 +150,8 @@ class Group {
 std::shared_ptr<Group> Replicate(MPI_Comm communicator, const Options& options = {});
 
 /// Works for rank 0 until its group ends. Throws Fault if rank 0 refuses this rank or is gone.
-void Serve(MPI_Comm communicator, const Options& options = {});
+/// Never kAbort.
+Ending Serve(MPI_Comm communicator, const Options& options = {});
 
 /// Called by all ranks. Throws Fault, on all of them, if ranks have different versions of dacrt or
 /// different byte orders.

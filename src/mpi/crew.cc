@@ -67,11 +67,18 @@ void Crew::Stop() {
   for (const int rank : std::exchange(workers_, {})) SendStop(rank);
 }
 
+bool Crew::KillHung() {
+  std::erase_if(
+      hung_, [&](int rank) { return Kill(own_, all_[static_cast<std::size_t>(rank)].greeting); });
+  return hung_.empty();
+}
+
 /// A message so short is gone when MPI has taken it. It cannot matter if the rank is lost by now.
 void Crew::SendStop(int rank) {
   try {
     Message stop;
     stop.Put(Command::kStop);
+    stop.Put(faults_.empty() ? Ending::kFinalise : Ending::kLeave);
     link_.Send(rank, kTagCommand, std::move(stop));
     link_.Progress();
   } catch (const Fault&) {
@@ -85,10 +92,10 @@ bool Crew::IsThere(int rank) const {
 void Crew::Lose(int rank, Loss loss, const std::string& reason) {
   if (!IsThere(rank)) return;
   std::erase(workers_, rank);
+  if (loss == Loss::kHung) hung_.push_back(rank);
+  faults_ += (faults_.empty() ? "rank " : "; rank ") + std::to_string(rank) + " " + reason;
   if (loss == Loss::kFailed) SendStop(rank);
   link_.Abandon(rank);
-  has_hung_ |= loss == Loss::kHung;
-  faults_ += (faults_.empty() ? "rank " : "; rank ") + std::to_string(rank) + " " + reason;
 }
 
 void Crew::SetOwing(int rank, bool owes) {

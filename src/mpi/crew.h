@@ -41,8 +41,9 @@ class Crew {
   /// Why ranks are lost, in one sentence; empty if none is.
   const std::string& faults() const { return faults_; }
 
-  /// Whether a rank is lost that may still be running.
-  bool has_hung() const { return has_hung_; }
+  /// Ends ranks that are lost and may still be running, where this one can: on the same machine. An
+  /// MPI job does not end before they do. False if there are others.
+  bool KillHung();
 
   /// From now on nothing is sent to `rank` or taken from it.
   void Lose(int rank, Loss loss, const std::string& reason);
@@ -82,7 +83,7 @@ class Crew {
   std::vector<Worker> all_;  ///< by rank
   std::vector<int> workers_;
   std::string faults_;
-  bool has_hung_ = false;
+  std::vector<int> hung_;
   Clock::time_point looked_;  ///< for those that have ended
 };
 

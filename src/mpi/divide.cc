@@ -8,13 +8,6 @@
 namespace dacrt::mpi {
 namespace {
 
-/// What each rank tells the others of its part of a scene.
-struct PartSummary {
-  Bounds bounds;
-  uint32_t has_callbacks;
-  InstructionSet instruction_set;
-};
-
 class DividedGroup : public Group, public std::enable_shared_from_this<DividedGroup> {
  public:
   DividedGroup(MPI_Comm communicator, const Options& options)
@@ -23,7 +16,7 @@ class DividedGroup : public Group, public std::enable_shared_from_this<DividedGr
   int rank() const override { return members_.link().rank(); }
   int size() const override { return members_.link().size(); }
   std::size_t least_rays() const override { return 0; }
-  bool End() override { return !members_.is_broken(); }
+  Ending End() override { return members_.is_broken() ? Ending::kAbort : Ending::kFinalise; }
 
   Traffic traffic() const override {
     const std::lock_guard lock(mutex_);

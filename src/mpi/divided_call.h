@@ -12,6 +12,13 @@
 
 namespace dacrt::mpi {
 
+/// What each rank tells the others of its part of a scene, when all commit it.
+struct PartSummary {
+  Bounds bounds;
+  uint32_t has_callbacks;
+  InstructionSet instruction_set;
+};
+
 /// What the ranks know of a scene.
 struct DividedParts {
   uint64_t number;

@@ -25,6 +25,10 @@ unsigned long long ProcessNamespace() {
 
 std::string_view TextIn(const char* text, std::size_t size) { return {text, strnlen(text, size)}; }
 
+bool AreOnOneMachine(const Greeting& a, const Greeting& b) {
+  return TextIn(a.host, sizeof(a.host)) == TextIn(b.host, sizeof(b.host));
+}
+
 std::string RankName(int rank) { return "rank " + std::to_string(rank); }
 
 }  // namespace
@@ -63,10 +67,14 @@ std::string Refusal(const Greeting& own, const Greeting& other, Role role, int r
 }
 
 bool HasEnded(const Greeting& own, const Greeting& greeting) {
-  if (TextIn(own.host, sizeof(own.host)) != TextIn(greeting.host, sizeof(greeting.host))) {
-    return false;
-  }
-  return kill(static_cast<pid_t>(greeting.process), 0) != 0 && errno == ESRCH;
+  return AreOnOneMachine(own, greeting) && kill(static_cast<pid_t>(greeting.process), 0) != 0 &&
+         errno == ESRCH;
+}
+
+bool Kill(const Greeting& own, const Greeting& greeting) {
+  if (!AreOnOneMachine(own, greeting)) return false;
+  kill(static_cast<pid_t>(greeting.process), SIGKILL);
+  return true;
 }
 
 }  // namespace dacrt::mpi

@@ -32,4 +32,7 @@ std::string Refusal(const Greeting& own, const Greeting& other, Role role, int r
 /// Whether the process behind `greeting` has certainly ended. Only known on the same machine.
 bool HasEnded(const Greeting& own, const Greeting& greeting);
 
+/// Ends the process behind `greeting`. False if it is not on the same machine.
+bool Kill(const Greeting& own, const Greeting& greeting);
+
 }  // namespace dacrt::mpi

@@ -1,6 +1,7 @@
 // The module that the drop-in loads when its configuration asks for MPI.
 #include <mpi.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <mutex>
@@ -80,14 +81,14 @@ class Job {
 
   void End() {
     const std::lock_guard lock(mutex_);
-    bool may_finalise = true;
+    Ending ending = Ending::kFinalise;
     for (Slot& slot : slots_) {
-      if (slot.group) may_finalise &= slot.group->End();
+      if (slot.group) ending = std::max(ending, slot.group->End());
     }
     int is_finalised = 0;
     MPI_Finalized(&is_finalised);
-    if (!is_ours_ || is_finalised) return;
-    if (may_finalise) {
+    if (!is_ours_ || is_finalised || ending == Ending::kLeave) return;
+    if (ending == Ending::kFinalise) {
       MPI_Finalize();
       return;
     }

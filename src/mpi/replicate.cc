@@ -38,10 +38,11 @@ class ReplicatedGroup : public Group, public std::enable_shared_from_this<Replic
   int size() const override { return crew_.size(); }
   std::size_t least_rays() const override { return least_rays_; }
 
-  bool End() override {
+  Ending End() override {
     const std::lock_guard lock(mutex_);
     crew_.Stop();
-    return !crew_.has_hung();
+    if (crew_.faults().empty()) return Ending::kFinalise;
+    return crew_.KillHung() ? Ending::kLeave : Ending::kAbort;
   }
 
   Traffic traffic() const override {

@@ -31,12 +31,12 @@ class Worker {
   }
 
   /// Until rank 0 says that it is enough.
-  void Run() {
+  Ending Run() {
     for (bool has_failed = false;;) {
       const Message message = WaitFor(kTagCommand, /*timeout_seconds=*/0);
       Reader reader(message);
       const auto command = reader.Take<Command>();
-      if (command == Command::kStop) break;
+      if (command == Command::kStop) return reader.Take<Ending>();
       if (has_failed) continue;
       try {
         Obey(command, reader);
@@ -188,6 +188,8 @@ class Worker {
 
 }  // namespace
 
-void Serve(MPI_Comm communicator, const Options& options) { Worker(communicator, options).Run(); }
+Ending Serve(MPI_Comm communicator, const Options& options) {
+  return Worker(communicator, options).Run();
+}
 
 }  // namespace dacrt::mpi

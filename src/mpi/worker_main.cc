@@ -7,17 +7,16 @@
 #include "dacrt/mpi.h"
 
 int main() {
+  using dacrt::mpi::Ending;
   int level;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &level);
-  int code = 0;
   try {
-    dacrt::mpi::Serve(MPI_COMM_WORLD);
+    if (dacrt::mpi::Serve(MPI_COMM_WORLD) == Ending::kFinalise) MPI_Finalize();
+    return 0;
   } catch (const std::exception& error) {
     int rank = 0;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     std::fprintf(stderr, "dacrt-worker: rank %d: %s\n", rank, error.what());
-    code = 1;
+    return 1;
   }
-  MPI_Finalize();
-  return code;
 }

@@ -80,7 +80,7 @@ TEST_P(DividedSceneTest, HasTheBitsOfOneProcess) {
     // Every rank its own rays, and not as many as the others.
     const auto seed = SeedFor(GetParam(), 100 + static_cast<uint64_t>(Rank()));
     const std::size_t own = static_cast<std::size_t>(Rank());
-    const std::vector<RTCRayHit> many = MixedRays(generator, 200 + 37 * own, seed);
+    const std::vector<RTCRayHit> many = MixedRays(generator, 80 + 37 * own, seed);
     const std::vector<RTCRayHit> few = MixedRays(generator, 20 + 3 * own, seed);
     for (const Query query : {Query::kClosest, Query::kAny}) {
       for (const Form& form : StreamForms()) {
@@ -124,7 +124,7 @@ class DividedWorldTest : public testing::TestWithParam<WorldShare> {};
 /// Every shape, moving and changing, with callbacks that run where their geometry is.
 TEST_P(DividedWorldTest, HasTheBitsOfOneProcess) {
   const EmbreeDevice one(DropIn(), kOne), several(DropIn(), kSeveral);
-  for (uint64_t seed = 1; seed <= 25; ++seed) {
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
     SCOPED_TRACE(seed);
     const World world = StreamWorld(seed, GetParam().features, 3000);
     PlayedWorld one_world(one, world.scenes);
@@ -155,9 +155,9 @@ INSTANTIATE_TEST_SUITE_P(, DividedWorldTest, testing::ValuesIn(kWorldShares),
 int main(int argc, char** argv) {
   int level;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &level);
-  testing::InitGoogleTest(&argc, argv);
   // One rank tells what is going on, the others only what goes wrong.
   if (dacrt::tests::Rank() > 0) GTEST_FLAG_SET(brief, true);
+  testing::InitGoogleTest(&argc, argv);
   int failed = RUN_ALL_TESTS();
   MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   MPI_Finalize();

@@ -33,7 +33,7 @@ TEST_P(ReplicatedSceneTest, HasTheBitsOfOneProcess) {
   const EmbreeDevice one(DropIn(), kOne), several(DropIn(), kSeveral);
   const EmbreeScene one_scene(one, scene), several_scene(several, scene);
   const RayGenerator generator(scene, one_scene);
-  const std::vector<RTCRayHit> rays = MixedRays(generator, 200, SeedFor(GetParam(), 1));
+  const std::vector<RTCRayHit> rays = MixedRays(generator, 100, SeedFor(GetParam(), 1));
   for (const Query query : {Query::kClosest, Query::kAny}) {
     for (const Form& form : StreamForms()) {
       SCOPED_TRACE(Name(form));
@@ -52,7 +52,7 @@ class ReplicatedWorldTest : public testing::TestWithParam<WorldShare> {};
 /// Every shape, moving and changing, instances, and scenes that stay on rank 0.
 TEST_P(ReplicatedWorldTest, HasTheBitsOfOneProcess) {
   const EmbreeDevice one(DropIn(), kOne), several(DropIn(), kSeveral);
-  for (uint64_t seed = 1; seed <= 25; ++seed) {
+  for (uint64_t seed = 1; seed <= 15; ++seed) {
     SCOPED_TRACE(seed);
     const World world = StreamWorld(seed, GetParam().features, 3000);
     PlayedWorld one_world(one, world.scenes), several_world(several, world.scenes);
