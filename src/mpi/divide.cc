@@ -35,6 +35,10 @@ class DividedGroup : public Group, public std::enable_shared_from_this<DividedGr
              const CallOptions& options) {
     const std::lock_guard lock(mutex_);
     ++traffic_.calls;
+    if (members_.link().size() == 1) {
+      local.trace(query, rays, options);
+      return;
+    }
     ++traffic_.calls_shared;
     members_.Together([&] {
       DividedCall call(members_, local, parts, next_call_++, bundle_rays_, query, rays, options,
@@ -85,7 +89,7 @@ std::unique_ptr<GroupScene> DividedGroup::Commit(const LocalScene& local,
   members_.Together([&] {
     summaries = members_.Gather(PartSummary{local.bounds, has_callbacks, local.instruction_set});
   });
-  DividedParts parts{next_scene_++, {}, false};
+  DividedParts parts{next_scene_++, {}, false, KeyBounds(geometries)};
   for (const PartSummary& summary : summaries) {
     if (summary.instruction_set != local.instruction_set) {
       throw std::invalid_argument(

@@ -4,6 +4,7 @@
 #include "divided_call.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -16,18 +17,13 @@ namespace dacrt::mpi {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// Hits that come home are kept in blocks of so many: one array of all would be copied as it grows.
+constexpr std::size_t kHitsTogether = 8192;
 constexpr HitRecord kNoHit{0, {0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX};
 
-/// Which optional parts the rays of a program need.
-RecordKind KindOf(const RayView& rays, bool for_callbacks) {
-  const auto differs = [&](RayView::Component component, uint32_t usual) {
-    if (component == RayView::kAbsent) return false;
-    for (std::size_t i = 0; i < rays.count; ++i) {
-      if (ReadBits(rays, component, i) != usual) return true;
-    }
-    return false;
-  };
-  return {differs(rays.mask, UINT32_MAX), differs(rays.time, 0), for_callbacks, false};
+/// Which optional parts the record of a ray needs.
+RecordKind KindOf(const TravellingRay& ray, bool for_callbacks) {
+  return {ray.mask != UINT32_MAX, std::bit_cast<uint32_t>(ray.time) != 0, for_callbacks, false};
 }
 
 }  // namespace
@@ -46,7 +42,7 @@ DividedCall::DividedCall(Members& members, const LocalScene& local, const Divide
       options_(options),
       traffic_(traffic),
       tag_(call % 2 ? kTagRaysOdd : kTagRays),
-      own_kind_(KindOf(rays, parts.has_callbacks)) {}
+      buckets_(parts.bounds.size() * RecordKind::kKinds) {}
 
 void DividedCall::Run() {
   Idle idle;
@@ -73,14 +69,22 @@ void DividedCall::Run() {
 }
 
 void DividedCall::Store() const {
-  for (auto [index, hit] : own_.hits) {
-    if (query_ == Query::kAny) {
-      WriteOccluded(rays_, index);
-      continue;
-    }
-    if (hit.instance_id == UINT32_MAX) hit.instance_id = rays_.instance_value;
-    WriteHit(rays_, index, hit);
+  for (const auto& some : own_hits_) {
+    for (const auto& [index, hit] : some) StoreOne(index, hit);
   }
+}
+
+void DividedCall::StoreOne(uint32_t index, HitRecord hit) const {
+  if (query_ == Query::kAny) return WriteOccluded(rays_, index);
+  if (hit.instance_id == UINT32_MAX) hit.instance_id = rays_.instance_value;
+  WriteHit(rays_, index, hit);
+}
+
+void DividedCall::KeepHit(uint32_t index, const HitRecord& hit) {
+  if (own_hits_.empty() || own_hits_.back().size() == kHitsTogether) {
+    own_hits_.emplace_back().reserve(kHitsTogether);
+  }
+  own_hits_.back().emplace_back(index, hit);
 }
 
 bool DividedCall::TakeMessages() {
@@ -118,7 +122,7 @@ void DividedCall::TakeAnswers(Reader& reader, const BundleHead& head) {
   for (uint32_t i = 0; i < head.count; ++i) {
     const auto index = reader.Take<uint32_t>();
     if (index >= rays_.count) throw CutMessage();
-    own_.hits.emplace_back(index, query_ == Query::kClosest ? reader.Take<HitRecord>() : kNoHit);
+    KeepHit(index, query_ == Query::kClosest ? reader.Take<HitRecord>() : kNoHit);
   }
   reader.ExpectEnd();
   ended_ += head.done;
@@ -140,7 +144,8 @@ void DividedCall::SendOwnRays() {
   const std::size_t end = std::min(rays_.count, next_own_ + bundle_rays_);
   for (; next_own_ < end; ++next_own_) {
     const TravellingRay ray = FromView(rays_, next_own_, static_cast<uint32_t>(link_.rank()));
-    Dispatch(ray, own_kind_, NextRank(parts_.bounds, ray.route(), link_.rank(), kNew));
+    Dispatch(ray, KindOf(ray, parts_.has_callbacks),
+             NextRank(parts_.bounds, ray.route(), link_.rank(), kNew));
   }
 }
 
@@ -154,6 +159,7 @@ void DividedCall::TraceBundle(const Message& bundle) {
     Visitor& visitor = visitors[i];
     visitor.ray = GetRay(records + i * kind.bytes(), kind);
     visitor.found = kNoHit;
+    visitor.ends_here = false;
     // A hit at the same distance as that which it carries may be the one that counts.
     visitor.found.t = std::min(visitor.ray.tfar, std::nextafter(visitor.ray.key, kInfinity));
   }
@@ -173,6 +179,7 @@ void DividedCall::TraceBundle(const Message& bundle) {
 }
 
 int DividedCall::NextOf(const Visitor& visitor) const {
+  if (visitor.ends_here) return kNowhere;
   RouteRay route = visitor.ray.route();
   if (visitor.found.primitive_id != UINT32_MAX) {
     // One that is occluded goes home.
@@ -215,6 +222,16 @@ void DividedCall::Trace(std::vector<Visitor>& visitors) {
   traffic_.seconds_tracing += SecondsSince(start);
 }
 
+bool DividedCall::GoesNoFarther(const TravellingRay& ray, const HitRecord& found) const {
+  const auto is_last = [&](const RouteRay& route) {
+    return NextRank(parts_.bounds, route, static_cast<int>(ray.home), link_.rank()) == kNowhere;
+  };
+  RouteRay route = ray.route();
+  if (is_last(route)) return true;
+  route.limit = std::min(route.limit, parts_.key_bounds.MostOf(ray, found));
+  return is_last(route);
+}
+
 void DividedCall::FindKeysOf(std::vector<Visitor>& visitors) {
   std::vector<FoundHit> hits;
   std::vector<Visitor*> owners;
@@ -225,10 +242,8 @@ void DividedCall::FindKeysOf(std::vector<Visitor>& visitors) {
     if (parts_.has_callbacks) continue;
     const TravellingRay& ray = visitor.ray;
     // Nobody else has a say in the hit of a ray that carries none and goes no farther.
-    if (!ray.has_hit() && NextRank(parts_.bounds, ray.route(), static_cast<int>(ray.home),
-                                   link_.rank()) == kNowhere) {
-      continue;
-    }
+    visitor.ends_here = !ray.has_hit() && GoesNoFarther(ray, visitor.found);
+    if (visitor.ends_here) continue;
     hits.push_back(
         {&ray, std::min(ray.tfar, std::nextafter(ray.key, kInfinity)), visitor.found.t, 0});
     owners.push_back(&visitor);
@@ -239,21 +254,21 @@ void DividedCall::FindKeysOf(std::vector<Visitor>& visitors) {
 
 void DividedCall::Dispatch(const TravellingRay& ray, RecordKind kind, int next) {
   if (next == kNowhere) return End(ray);
-  const BucketName name{next, kind.Bits()};
-  Bucket& bucket = buckets_[name];
+  const std::size_t number = static_cast<std::size_t>(next) * RecordKind::kKinds + kind.Bits();
+  Bucket& bucket = buckets_[number];
   if (bucket.count == 0) {
     bucket.message.Extend(sizeof(BundleHead) + bundle_rays_ * kind.bytes());
     bucket.message.Shrink(sizeof(BundleHead));
   }
   PutRay(ray, kind, bucket.message.Extend(kind.bytes()));
-  if (++bucket.count == bundle_rays_) Flush(name, bucket);
+  if (++bucket.count == bundle_rays_) Flush(number, bucket);
 }
 
 void DividedCall::End(const TravellingRay& ray) {
   const int home = static_cast<int>(ray.home);
   if (home == link_.rank()) {
     ++ended_;
-    if (ray.has_hit()) own_.hits.emplace_back(ray.index, ray.hit);
+    if (ray.has_hit()) KeepHit(ray.index, ray.hit);
     return;
   }
   Answers& answers = answers_[home];
@@ -270,23 +285,26 @@ BundleHead DividedCall::Head() const {
   return head;
 }
 
-void DividedCall::Flush(const BucketName& name, Bucket& bucket) {
+void DividedCall::Flush(std::size_t number, Bucket& bucket) {
   if (bucket.count == 0) return;
+  const int to = static_cast<int>(number / RecordKind::kKinds);
   BundleHead head = Head();
-  head.kind = name.second;
+  head.kind = static_cast<uint32_t>(number % RecordKind::kKinds);
   head.count = std::exchange(bucket.count, 0);
   std::memcpy(bucket.message.data(), &head, sizeof(head));
   Message message = std::exchange(bucket.message, Message());
-  if (name.first == link_.rank()) {
+  if (to == link_.rank()) {
     work_.push_back(std::move(message));
     return;
   }
   traffic_.rays_out += head.count;
-  link_.Send(name.first, tag_, std::move(message));
+  link_.Send(to, tag_, std::move(message));
 }
 
 void DividedCall::FlushAll() {
-  for (auto& [name, bucket] : buckets_) Flush(name, bucket);
+  for (std::size_t number = 0; number < buckets_.size(); ++number) {
+    Flush(number, buckets_[number]);
+  }
   for (auto& [home, answers] : answers_) SendAnswers(home, answers);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dacrt/mpi.h"
+#include "key_bound.h"
 #include "members.h"
 #include "ray_bundle.h"
 
@@ -24,6 +25,7 @@ struct DividedParts {
   uint64_t number;
   std::vector<Bounds> bounds;  ///< of each rank's part
   bool has_callbacks;          ///< on some rank
+  KeyBounds key_bounds;        ///< of this rank's part
 };
 
 /// Every ray visits the ranks that it may hit something on, nearest first, and carries the closest
@@ -47,15 +49,16 @@ class DividedCall {
     TravellingRay ray;
     HitRecord found;  ///< found.t is tfar before it is traced
     float found_key;
+    bool ends_here;  ///< its hit is final
   };
   struct Bucket {
     Message message;
     uint32_t count = 0;
   };
-  using BucketName = std::pair<int, uint32_t>;  ///< the rank that it goes to, and RecordKind::Bits
+  using IndexedHit = std::pair<uint32_t, HitRecord>;  ///< and the ray that has it
   struct Answers {
     uint64_t done = 0;
-    std::vector<std::pair<uint32_t, HitRecord>> hits;  ///< by index
+    std::vector<IndexedHit> hits;
   };
 
   bool TakeMessages();
@@ -65,11 +68,15 @@ class DividedCall {
   void TraceBundle(const Message& bundle);
   void Trace(std::vector<Visitor>& visitors);
   void FindKeysOf(std::vector<Visitor>& visitors);
+  /// Whether the hit that a ray has found here is where it ends, whatever its key is.
+  bool GoesNoFarther(const TravellingRay& ray, const HitRecord& found) const;
   /// Where a ray goes from here; a hit that was found here counts.
   int NextOf(const Visitor& visitor) const;
   void Dispatch(const TravellingRay& ray, RecordKind kind, int next);
   void End(const TravellingRay& ray);
-  void Flush(const BucketName& name, Bucket& bucket);
+  void KeepHit(uint32_t index, const HitRecord& hit);
+  void StoreOne(uint32_t index, HitRecord hit) const;
+  void Flush(std::size_t number, Bucket& bucket);
   void FlushAll();
   void SendAnswers(int home, Answers& answers);
   BundleHead Head() const;
@@ -86,12 +93,11 @@ class DividedCall {
   Traffic& traffic_;
   const int tag_;
 
-  RecordKind own_kind_;
   std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that has not left
   std::size_t ended_ = 0;     ///< of these, how many go no farther
-  Answers own_;
+  std::deque<std::vector<IndexedHit>> own_hits_;
   std::deque<Message> work_;
-  std::map<BucketName, Bucket> buckets_;
+  std::vector<Bucket> buckets_;     ///< by the rank that they go to and RecordKind::Bits
   std::map<int, Answers> answers_;  ///< by home
 };
 

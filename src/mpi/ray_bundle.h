@@ -40,6 +40,8 @@ struct RecordKind {
   bool for_callbacks = false;
   bool has_hit = false;
 
+  static constexpr std::size_t kKinds = 16;
+
   uint32_t Bits() const {
     return has_mask | has_time << 1 | for_callbacks << 2 | static_cast<uint32_t>(has_hit) << 3;
   }

@@ -14,21 +14,28 @@ constexpr double kSlack = 0x1p-18;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Where `ray` enters `box`, at its own start at the earliest; kNever if it does not within its
-/// limit.
-double Entry(const Bounds& box, const RouteRay& ray) {
-  double entry = std::max(ray.tnear, 0.0f), exit = ray.limit;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double org = ray.org[axis], dir = ray.dir[axis];
-    const double size = std::max({std::abs(static_cast<double>(box.lower[axis])),
-                                  std::abs(static_cast<double>(box.upper[axis])), std::abs(org)});
-    const double lower = box.lower[axis] - kSlack * size;
-    const double upper = box.upper[axis] + kSlack * size;
-    if (dir == 0) {
-      if (!(lower <= org && org <= upper)) return kNever;
-      continue;
+/// A ray made ready for the test of many boxes.
+struct Slabs {
+  explicit Slabs(const RouteRay& ray) : start(std::max(ray.tnear, 0.0f)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis] = ray.org[axis];
+      // A ray along a slab is in it from -infinity to infinity, or never.
+      reciprocal[axis] = 1 / static_cast<double>(ray.dir[axis]);
     }
-    double begin = (lower - org) / dir, end = (upper - org) / dir;
+  }
+  double org[3], reciprocal[3], start;
+};
+
+/// Where a ray enters `box`, at its own start at the earliest; kNever if it does not within
+/// `limit`.
+double Entry(const Bounds& box, const Slabs& ray, double limit) {
+  double entry = ray.start, exit = limit;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double size =
+        std::max({std::abs(static_cast<double>(box.lower[axis])),
+                  std::abs(static_cast<double>(box.upper[axis])), std::abs(ray.org[axis])});
+    double begin = (box.lower[axis] - kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
+    double end = (box.upper[axis] + kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
     if (begin > end) std::swap(begin, end);
     entry = std::max(entry, begin - kSlack * std::abs(begin));
     exit = std::min(exit, end + kSlack * std::abs(end));
@@ -41,11 +48,11 @@ double Entry(const Bounds& box, const RouteRay& ray) {
 
 int NextRank(std::span<const Bounds> bounds, const RouteRay& ray, int home, int last) {
   const int ranks = static_cast<int>(bounds.size());
+  const Slabs slabs(ray);
   const auto stop = [&](int rank) {
     // Without the limit for the last one: it may have become smaller there.
-    RouteRay endless = ray;
-    if (rank == last) endless.limit = std::numeric_limits<float>::infinity();
-    return std::pair(Entry(bounds[static_cast<std::size_t>(rank)], endless),
+    const double limit = rank == last ? kNever : ray.limit;
+    return std::pair(Entry(bounds[static_cast<std::size_t>(rank)], slabs, limit),
                      (rank - home + ranks) % ranks);
   };
   const auto none = std::pair(kNever, 0);

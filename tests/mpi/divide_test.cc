@@ -85,8 +85,10 @@ TEST_P(DividedSceneTest, HasTheBitsOfOneProcess) {
     for (const Query query : {Query::kClosest, Query::kAny}) {
       for (const Form& form : StreamForms()) {
         SCOPED_TRACE(Name(form));
-        // How records lie in memory matters little: most forms get few rays.
-        const auto& rays = form.call == Form::Call::kRecords ? many : few;
+        // How records lie in memory matters little: one scene is enough for most forms.
+        const bool is_usual = form.call == Form::Call::kRecords && form.gap == 0;
+        if (!is_usual && GetParam() != "masks") continue;
+        const auto& rays = is_usual ? many : few;
         ExpectSame(rays, Trace(one_scene, form, query, rays),
                    Trace(several_scene, form, query, rays));
       }
