@@ -58,7 +58,8 @@ void DividedCall::Run() {
     }
     FlushAll();
     if (is_waiting_for_all) {
-      if (members_.IsBarrierDone()) return;
+      // What is still on its way would wait for this rank's next call.
+      if (members_.IsBarrierDone() && link_.HasSentAll()) return;
     } else if (ended_ == rays_.count) {
       members_.StartBarrier(call_);
       is_waiting_for_all = true;

@@ -49,6 +49,9 @@ class Link {
   /// Lets MPI work on what is being sent. True if something was finished.
   bool Progress();
 
+  /// Whether nothing is on its way from here.
+  bool HasSentAll() const { return sends_.empty(); }
+
   /// Bytes of messages to `to` that have not gone yet.
   std::size_t BytesWaiting(int to) const;
 

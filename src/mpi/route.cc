@@ -26,9 +26,14 @@ struct Slabs {
   double org[3], reciprocal[3], start;
 };
 
+// Infinity stays what it is.
+double Later(double distance) { return distance * (distance > 0 ? 1 + kSlack : 1 - kSlack); }
+double Earlier(double distance) { return distance * (distance > 0 ? 1 - kSlack : 1 + kSlack); }
+
 /// Where a ray enters `box`, at its own start at the earliest; kNever if it does not within
 /// `limit`.
 double Entry(const Bounds& box, const Slabs& ray, double limit) {
+  if (!(box.lower[0] <= box.upper[0])) return kNever;  // there is nothing in it
   double entry = ray.start, exit = limit;
   for (int axis = 0; axis < 3; ++axis) {
     const double size =
@@ -37,11 +42,11 @@ double Entry(const Bounds& box, const Slabs& ray, double limit) {
     double begin = (box.lower[axis] - kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
     double end = (box.upper[axis] + kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
     if (begin > end) std::swap(begin, end);
-    entry = std::max(entry, begin - kSlack * std::abs(begin));
-    exit = std::min(exit, end + kSlack * std::abs(end));
+    entry = std::max(entry, Earlier(begin));
+    exit = std::min(exit, Later(end));
   }
   // Also false for what is not a number.
-  return entry <= exit + kSlack * std::abs(exit) ? entry : kNever;
+  return entry <= Later(exit) ? entry : kNever;
 }
 
 }  // namespace

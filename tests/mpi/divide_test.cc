@@ -17,7 +17,7 @@ namespace {
 constexpr char kOne[] = "threads=1,dacrt_mpi=none";
 // A test that fails on one rank only should not keep the others for long.
 constexpr char kSeveral[] =
-    "threads=1,dacrt_mpi=divide,dacrt_mpi_piece_rays=333,dacrt_mpi_timeout=20";
+    "threads=1,dacrt_mpi=divide,dacrt_mpi_piece_rays=333,dacrt_mpi_timeout=60";
 
 int Rank() {
   int rank;
