@@ -26,6 +26,16 @@ std::vector<std::string> SceneNames() {
   return names;
 }
 
+TEST(Configs, ThatMeanNothingAreRefused) {
+  for (const char* const config :
+       {"dacrt_mpi=yes", "dacrt_mpi", "dacrt_mpi_timeout=0", "dacrt_mpi_timeout=soon",
+        "dacrt_mpi_least_rays=-1", "dacrt_mpi_piece_rays=0", "dacrt_mpi_piece_rays=1048577",
+        "dacrt_mpi_geometry_ids=x", "dacrt_mpi_speed=9"}) {
+    EXPECT_FALSE(DropIn().rtcNewDevice(config)) << config;
+    EXPECT_EQ(DropIn().rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_ARGUMENT) << config;
+  }
+}
+
 class ReplicatedSceneTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(ReplicatedSceneTest, HasTheBitsOfOneProcess) {
