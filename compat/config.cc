@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -139,7 +140,45 @@ void ApplyEmbreeKey(Config& config, std::string_view key, const Token& value) {
   }
 }
 
+/// `value` as a number from `least` to `most`.
+uint64_t MpiNumber(std::string_view name, std::string_view value, uint64_t least, uint64_t most) {
+  uint64_t number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error == std::errc() && end == value.data() + value.size() && number >= least &&
+      number <= most) {
+    return number;
+  }
+  throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "config: dacrt_mpi", name, " = ", value,
+                 " is no number from ", least, " to ", most);
+}
+
+/// `name` begins behind "mpi".
+void ApplyMpiKey(Config& config, std::string_view name, std::string_view value) {
+  if (name == "_timeout") {
+    config.mpi_options.timeout_seconds =
+        static_cast<double>(MpiNumber(name, value, 1, 1'000'000));
+  } else if (name == "_least_rays") {
+    config.mpi_options.least_rays = MpiNumber(name, value, 0, UINT32_MAX);
+  } else if (name == "_piece_rays") {
+    config.mpi_options.piece_rays = MpiNumber(name, value, 1, 1u << 20);
+  } else if (name == "_geometry_ids") {
+    config.mpi_geometry_ids = static_cast<uint32_t>(MpiNumber(name, value, 0, UINT32_MAX));
+  } else if (!name.empty()) {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "config: there is no key dacrt_mpi", name);
+  } else if (value == "none") {
+    config.mpi_mode.reset();
+  } else if (value == "replicate") {
+    config.mpi_mode = mpi::Mode::kReplicate;
+  } else if (value == "divide") {
+    config.mpi_mode = mpi::Mode::kDivide;
+  } else {
+    throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "config: dacrt_mpi = ", value,
+                   " is neither replicate nor divide nor none");
+  }
+}
+
 void ApplyOwnKey(Config& config, std::string_view name, std::string_view value) {
+  if (name.starts_with("mpi")) return ApplyMpiKey(config, name.substr(3), value);
   if (name != "ignore_masks") {
     SetByName(config.settings, name, value);
   } else if (value == "0" || value == "1") {

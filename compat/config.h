@@ -1,8 +1,10 @@
 // The string that rtcNewDevice takes.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
+#include "dacrt/mpi.h"
 #include "dacrt/settings.h"
 
 namespace dacrt::compat {
@@ -11,6 +13,11 @@ struct Config {
   dacrt::Settings settings;
   bool ignore_masks = false;  ///< rays hit geometries whatever the masks say
   int verbose = 0;            ///< 1 and more: a line on the standard output for a new device
+
+  /// How the device works together with other processes, if it does.
+  std::optional<mpi::Mode> mpi_mode;
+  mpi::Options mpi_options;
+  uint32_t mpi_geometry_ids = 0;  ///< rtcAttachGeometry gives rank r IDs from r times this on
 };
 
 /// Applies `text` to `config`.
@@ -23,6 +30,9 @@ struct Config {
 ///
 /// Keys that begin with `dacrt_` are dacrt's own, and Embree passes them over:
 ///   dacrt_ignore_masks=1  for programs that leave the rays' masks unset
+///   dacrt_mpi=MODE        replicate, divide or none; see dacrt/mpi.h
+///   dacrt_mpi_timeout=SECONDS, dacrt_mpi_least_rays=N, dacrt_mpi_piece_rays=N   mpi::Options
+///   dacrt_mpi_geometry_ids=N  see Config
 ///   dacrt_NAME=VALUE      SetByName(settings, NAME, VALUE)
 /// Unknown ones and illegal values are RTC_ERROR_INVALID_ARGUMENT.
 void ApplyConfig(Config& config, std::string_view text);

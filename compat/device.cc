@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "boundary.h"
+#include "ranks.h"
 
 namespace dacrt::compat {
 namespace {
@@ -19,14 +20,25 @@ uint64_t ThreadNumber() {
 
 Device::Device(const Config& config)
     : ignore_masks_(config.ignore_masks),
+      is_verbose_(config.verbose >= 1),
+      is_divided_(config.mpi_mode == mpi::Mode::kDivide),
+      ranks_(OpenRanks(config)),
+      first_geometry_id_(
+          ranks_ ? static_cast<uint32_t>(ranks_->rank()) * config.mpi_geometry_ids : 0),
       engine_(std::make_shared<dacrt::Device>(
           config.settings, [this](std::ptrdiff_t bytes) { return Announce(bytes); })) {
-  if (config.verbose >= 1) {
+  if (is_verbose_) {
     std::printf("dacrt %s in place of Embree %s, instruction set %s%s\n", DACRT_VERSION,
                 RTC_VERSION_STRING, std::string(Name(engine_->instruction_set())).c_str(),
                 ignore_masks_ ? ", ray masks ignored" : "");
     std::fflush(stdout);
+    if (ranks_) NoteRanks(*ranks_);
   }
+}
+
+void Device::NoteSceneStays() {
+  if (!is_verbose_ || ranks_->size() == 1 || has_noted_.exchange(true)) return;
+  std::fprintf(stderr, "dacrt: scenes with callbacks are traced on rank 0 alone\n");
 }
 
 Device::~Device() { HandleTable<Device>::Instance().Forget(this); }

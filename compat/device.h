@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -11,6 +12,7 @@
 
 #include "config.h"
 #include "dacrt/dacrt.h"
+#include "dacrt/mpi.h"
 
 namespace dacrt::compat {
 
@@ -24,6 +26,18 @@ class Device : public std::enable_shared_from_this<Device> {
 
   const std::shared_ptr<dacrt::Device>& engine() const { return engine_; }
   bool ignore_masks() const { return ignore_masks_; }
+
+  /// The ranks that work together, if the configuration asks for some.
+  const std::shared_ptr<mpi::Group>& ranks() const { return ranks_; }
+
+  /// Whether every rank has its part of each scene, so that all commit together.
+  bool is_divided() const { return is_divided_; }
+
+  /// The ID from which on rtcAttachGeometry looks for a free one.
+  uint32_t first_geometry_id() const { return first_geometry_id_; }
+
+  /// Tells the program, once and if it wants to hear of such things, that a scene stays on its rank.
+  void NoteSceneStays();
 
   /// Passes an error of the calling thread to the error function, and keeps it until the thread
   /// reads it, unless an earlier one is still unread.
@@ -57,6 +71,11 @@ class Device : public std::enable_shared_from_this<Device> {
   };
 
   const bool ignore_masks_;
+  const bool is_verbose_;
+  const bool is_divided_;
+  const std::shared_ptr<mpi::Group> ranks_;
+  const uint32_t first_geometry_id_;
+  std::atomic<bool> has_noted_{false};
 
   mutable std::mutex mutex_;                              ///< of everything below
   std::unordered_map<uint64_t, RTCError> unread_errors_;  ///< by thread

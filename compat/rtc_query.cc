@@ -32,13 +32,20 @@ void Trace(const char* function, RTCScene hscene, RTCIntersectContext* context, 
   Guarded(function, scene ? scene->device().get() : nullptr, [&] {
     CheckPointer(scene, "scene");
     const dacrt::Scene& committed = scene->Committed();
-    if (count == 0) return;
+    // In a divided scene a rank without rays works on those of others.
+    dacrt::mpi::GroupScene* const shared = scene->CommittedTogether();
+    if (count == 0 && !shared) return;
     CheckPointer(context, "context");
-    CheckPointer(rays, name);
-    RayView view = make_view();
+    if (count > 0) CheckPointer(rays, name);
+    RayView view = count > 0 ? make_view() : RayView();
     view.instance_value = context->instID[0];
     if (scene->device()->ignore_masks()) view.mask = RayView::kAbsent;
-    committed.Trace(query, view, {StreamWidth(*scene->device(), *context), context});
+    const dacrt::CallOptions options{StreamWidth(*scene->device(), *context), context};
+    if (shared) {
+      shared->Trace(query, view, options);
+    } else {
+      committed.Trace(query, view, options);
+    }
   });
 }
 

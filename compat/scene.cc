@@ -15,11 +15,17 @@ RTCBounds ToEmbree(const dacrt::Bounds& bounds) {
           bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
 }
 
+SceneOptions OptionsFor(RTCSceneFlags flags) {
+  return {flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
+          (flags & RTC_SCENE_FLAG_ROBUST) != 0};
+}
+
 bool IsInstance(const Geometry& geometry) { return geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE; }
 
 }  // namespace
 
-Scene::Scene(std::shared_ptr<Device> device) : device_(std::move(device)) {}
+Scene::Scene(std::shared_ptr<Device> device)
+    : device_(std::move(device)), first_free_id_(device_->first_geometry_id()) {}
 
 Scene::~Scene() { HandleTable<Scene>::Instance().Forget(this); }
 
@@ -89,7 +95,7 @@ void Scene::Detach(unsigned int id) {
   detached = std::move(place->second);
   instance_count_ -= IsInstance(*detached.geometry);
   geometries_.erase(place);
-  first_free_id_ = std::min(first_free_id_, id);
+  if (id >= device_->first_geometry_id()) first_free_id_ = std::min(first_free_id_, id);
   visible_revision_ = ++revision_;
 }
 
@@ -128,9 +134,12 @@ Scene::Snapshot::Snapshot(Device& device, Selection selection)
           selection.geometries.begin(), selection.geometries.end(),
           [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
       used_(std::move(selection.used)),
-      scene_(device.engine(), selection.geometries,
-             {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
-              (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0}) {
+      scene_(device.engine(), selection.geometries, OptionsFor(selection.flags)) {
+  if (const auto& ranks = device.ranks()) {
+    shared_ = ranks->Commit(mpi::Local(*device.engine(), scene_), selection.geometries,
+                            OptionsFor(selection.flags));
+    if (!shared_->is_shared()) device_.NoteSceneStays();
+  }
   if (scene_.KeptBytes() > 0) device_.AnnounceAllocation(scene_.KeptBytes());
 }
 
@@ -165,7 +174,7 @@ void Scene::CheckGeometriesComplete() const {
 }
 
 bool Scene::NeedsCommit() const {
-  return revision_ != committed_revision_ || flags_ != committed_flags_ ||
+  return device_->is_divided() || revision_ != committed_revision_ || flags_ != committed_flags_ ||
          std::any_of(geometries_.begin(), geometries_.end(), [](const auto& place) {
            const Attached& attached = place.second;
            return attached.geometry->version() != attached.committed_version;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "dacrt/dacrt.h"
+#include "dacrt/mpi.h"
 #include "geometry.h"
 
 namespace dacrt::compat {
@@ -58,6 +59,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// What the last commit made. Throws RTC_ERROR_INVALID_OPERATION if there was none.
   const dacrt::Scene& Committed() const;
 
+  /// The same as several ranks have it; null where the device works alone.
+  mpi::GroupScene* CommittedTogether() const { return snapshot_ ? snapshot_->shared() : nullptr; }
+
   /// The same for scenes that have an instance of this one, with all that it refers to. Null if
   /// there was no commit.
   std::shared_ptr<const dacrt::Scene> CommittedShared() const;
@@ -97,6 +101,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
     Snapshot& operator=(const Snapshot&) = delete;
 
     const dacrt::Scene& scene() const { return scene_; }
+
+    /// The same scene, as several ranks have it; null without.
+    mpi::GroupScene* shared() const { return shared_.get(); }
     bool has_instances() const { return has_instances_; }
 
    private:
@@ -104,6 +111,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
     const bool has_instances_;
     std::vector<std::shared_ptr<const void>> used_;
     dacrt::Scene scene_;
+    std::unique_ptr<mpi::GroupScene> shared_;
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
@@ -122,7 +130,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   mutable std::mutex geometries_mutex_;  ///< of the next eight
   std::map<unsigned int, Attached> geometries_;
   std::size_t instance_count_ = 0;   ///< of these
-  unsigned int first_free_id_ = 0;   ///< no smaller ID is free
+  unsigned int first_free_id_;       ///< no smaller ID is free, from the device's first on
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
   uint64_t visible_revision_ = 1;    ///< the last one but for attaching what is disabled
   uint64_t committed_revision_ = 0;  ///< the one that was committed last

@@ -121,7 +121,9 @@ class Leaf {
       order.push_back(meshes.Number(name.mesh, name.primitive));
     }
     order.back() |= KeptOrder::kLastOfLeaf;
-    bytes = MakeLeaf(meshes, order.data(), first, kLeafLanes, memory_.data());
+    bytes = MakeLeaf(meshes, order.data(), first, kLeafLanes, SharedVertices::kFind,
+                     memory_.data())
+                .bytes;
   }
 
   std::vector<const LeafBlock*> Blocks() const {
@@ -445,7 +447,7 @@ TEST(MakeLeafTest, EndsAtTheMarkOrAtTheMost) {
   for (uint32_t i = 0; i < 20; ++i) order[i] = i;
   alignas(64) std::byte blocks[kMostLeafBytes];
   const auto lanes = [&](uint32_t first, std::size_t most) {
-    MakeLeaf(meshes, order.data(), first, most, blocks);
+    MakeLeaf(meshes, order.data(), first, most, SharedVertices::kRepeat, blocks);
     return std::size_t{reinterpret_cast<const LeafBlock*>(blocks)->lanes};
   };
   for (std::size_t most = 1; most <= kLeafLanes; ++most) EXPECT_EQ(lanes(2, most), most);
