@@ -648,7 +648,7 @@ TEST_P(KeptTraceTest, ExponentialSeries) {
   Random random(7);
   for (const int a_power : {1, 7, 16}) {
     Mesh mesh;
-    for (int exponent = -55; exponent < 55; ++exponent) {
+    for (int exponent = -40; exponent < 40; ++exponent) {
       for (int i = 0; i < a_power; ++i) {
         const float s = std::exp2(static_cast<float>(exponent) +
                                   static_cast<float>(i) / static_cast<float>(a_power));
@@ -682,9 +682,9 @@ TEST_P(KeptTraceTest, TrianglesThatCoincide) {
 TEST_P(KeptTraceTest, ThousandsThatCoincide) {
   Mesh mesh;
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
-  mesh.triangles.assign(9000, {0, 1, 2});
-  const std::vector<FullRay> rays(300, unit::FullRayOf(unit::MakeRay({0, 0, 0}, {1, 0, 0})));
-  for (const uint64_t budget : {uint64_t{1}, uint64_t{8 * 9000}, kUnlimitedBudget}) {
+  mesh.triangles.assign(5000, {0, 1, 2});
+  const std::vector<FullRay> rays(60, unit::FullRayOf(unit::MakeRay({0, 0, 0}, {1, 0, 0})));
+  for (const uint64_t budget : {uint64_t{1}, uint64_t{8 * 5000}, kUnlimitedBudget}) {
     const auto scene = MakeScene(mesh, WithBudget(budget));
     for (const auto& found :
          {TraceForm(*scene, rays, Query::kClosest), TraceInCalls(*scene, rays, Query::kClosest, 50),

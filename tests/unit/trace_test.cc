@@ -658,15 +658,14 @@ TEST_P(TraceTest, CoincidentCentroids) {
 }
 
 TEST_P(TraceTest, IdenticalTriangles) {
-  // A million of them on the best one only: every ray has to be tested against each.
-  const bool is_best = GetParam() == AvailableInstructionSets().back();
+  // Every ray has to be tested against each, and names decide between all of them.
   Mesh mesh;
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
-  mesh.triangles.assign(is_best ? 1000000 : 50000, {0, 1, 2});
+  mesh.triangles.assign(20000, {0, 1, 2});
   const TestScene scene({mesh}, WithInstructionSet());
-  std::vector<Ray> rays(1000, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  std::vector<Ray> rays(260, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
   const Statistics statistics = scene.Trace(rays);
-  EXPECT_EQ(statistics.hits, 1000u);
+  EXPECT_EQ(statistics.hits, 260u);
   EXPECT_LE(statistics.max_depth, kDeepest);
   for (const Ray& ray : rays) {
     ASSERT_EQ(ray.tfar, 1);
