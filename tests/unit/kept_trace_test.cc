@@ -267,8 +267,8 @@ class WorldScene {
   }
 
  private:
-  World world_{120, 1};
-  World inner_world_{60, 2};
+  World world_{40, 1};
+  World inner_world_{25, 2};
   std::shared_ptr<Device> device_;
 
  public:
@@ -367,13 +367,13 @@ INSTANTIATE_TEST_SUITE_P(InstructionSets, KeptTraceTest,
                          [](const auto& info) { return std::string(Name(info.param)); });
 
 /// Nothing, the least, one that ends somewhere on the way, and more than it takes.
-const uint64_t kBudgets[] = {0, 1, 40000, 8 * 7000, kDefaultBudget, kUnlimitedBudget};
+const uint64_t kBudgets[] = {0, 1, 18000, 8 * 3000, kDefaultBudget, kUnlimitedBudget};
 
 // Every shape in one scene, with every budget: subsets that stay unsplit, partitions that are
 // forgotten, leaves with and without geometry.
 TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
   Random random(1);
-  const auto rays = MakeFullRays(random, 900);
+  const auto rays = MakeFullRays(random, 300);
   for (int kind = 0; kind < 6; ++kind) {
     WorldScene::Options options;
     options.has_callbacks = kind % 3 == 2;
@@ -392,6 +392,7 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
     EXPECT_EQ(instances.size(), options.has_instances ? 4u : 1u);
     for (const uint64_t budget : kBudgets) {
       for (const Keep keep : {Keep::kByBudget, Keep::kLittle}) {
+        if (keep == Keep::kLittle && budget != kDefaultBudget) continue;
         options.keep = keep;
         const std::string what = "kind " + std::to_string(kind) + ", budget " +
                                  std::to_string(budget) +
@@ -405,10 +406,9 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
         if (keep == Keep::kLittle) continue;
         // The short way, through what the large call has left, and through nothing.
         const WorldScene fresh(WithBudget(budget), options);
-        for (const Scene* either : {&scene, static_cast<const Scene*>(fresh.scene.get())}) {
-          ExpectSame(TraceInCalls(*either, rays, Query::kClosest, 64), expected, what + ", by 64");
-          ExpectSame(TraceInCalls(*either, rays, Query::kAny, 64), expected_any, what + ", by 64");
-        }
+        ExpectSame(TraceInCalls(*fresh.scene, rays, Query::kClosest, 64), expected,
+                   what + ", by 64");
+        ExpectSame(TraceInCalls(scene, rays, Query::kAny, 64), expected_any, what + ", by 64");
         if (HasFatalFailure()) return;
       }
     }
@@ -418,7 +418,7 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
 // Streams in every form, packets of every width with any lanes, and single rays.
 TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
   Random random(2);
-  const auto rays = MakeFullRays(random, 400);
+  const auto rays = MakeFullRays(random, 130);
   for (const bool has_callbacks : {false, true}) {
     for (const uint64_t budget : {uint64_t{0}, uint64_t{1}, kDefaultBudget}) {
       WorldScene::Options options;
@@ -459,7 +459,7 @@ TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
 // Around the number of rays at which calls take another way, and far beyond.
 TEST_P(KeptTraceTest, TheNumberOfRaysACallDoesNotChangeABit) {
   Random random(3);
-  const auto rays = MakeFullRays(random, 1100);
+  const auto rays = MakeFullRays(random, 600);
   const WorldScene world(WithBudget(kDefaultBudget, 2), {});
   for (const Query query : {Query::kClosest, Query::kAny}) {
     const auto expected = TraceForm(*world.scene, rays, query);
@@ -543,14 +543,14 @@ TEST_P(KeptTraceTest, PacketsOfWrongWidthsAreRefused) {
 // its leaves side by side.
 TEST_P(KeptTraceTest, ThreadsByEveryWayIn) {
   Random random(6);
-  const auto rays = MakeFullRays(random, 600);
+  const auto rays = MakeFullRays(random, 300);
   for (const bool has_callbacks : {false, true}) {
     WorldScene::Options options;
     options.has_callbacks = has_callbacks;
     const WorldScene pure(WithBudget(0), options);
     const auto expected = TraceForm(*pure.scene, rays, Query::kClosest);
     const auto expected_any = TraceForm(*pure.scene, rays, Query::kAny);
-    for (const uint64_t budget : {uint64_t{1}, uint64_t{60000}, kDefaultBudget}) {
+    for (const uint64_t budget : {uint64_t{1}, uint64_t{20000}, kDefaultBudget}) {
       for (int round = 0; round < 2; ++round) {
         const WorldScene world(WithBudget(budget, 2), options);
         const Scene& scene = *world.scene;
@@ -648,7 +648,7 @@ TEST_P(KeptTraceTest, ExponentialSeries) {
   Random random(7);
   for (const int a_power : {1, 7, 16}) {
     Mesh mesh;
-    for (int exponent = -55; exponent < 55; ++exponent) {
+    for (int exponent = -40; exponent < 40; ++exponent) {
       for (int i = 0; i < a_power; ++i) {
         const float s = std::exp2(static_cast<float>(exponent) +
                                   static_cast<float>(i) / static_cast<float>(a_power));
@@ -682,9 +682,9 @@ TEST_P(KeptTraceTest, TrianglesThatCoincide) {
 TEST_P(KeptTraceTest, ThousandsThatCoincide) {
   Mesh mesh;
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
-  mesh.triangles.assign(9000, {0, 1, 2});
-  const std::vector<FullRay> rays(300, unit::FullRayOf(unit::MakeRay({0, 0, 0}, {1, 0, 0})));
-  for (const uint64_t budget : {uint64_t{1}, uint64_t{8 * 9000}, kUnlimitedBudget}) {
+  mesh.triangles.assign(5000, {0, 1, 2});
+  const std::vector<FullRay> rays(60, unit::FullRayOf(unit::MakeRay({0, 0, 0}, {1, 0, 0})));
+  for (const uint64_t budget : {uint64_t{1}, uint64_t{8 * 5000}, kUnlimitedBudget}) {
     const auto scene = MakeScene(mesh, WithBudget(budget));
     for (const auto& found :
          {TraceForm(*scene, rays, Query::kClosest), TraceInCalls(*scene, rays, Query::kClosest, 50),

@@ -26,6 +26,8 @@ using unit::Random;
 using unit::Ray;
 using enum PacketComponent;
 
+constexpr unit::Form kRecordForm = {1, false, false};
+
 /// The definition in RayView, and a mask of 0, which meets nothing.
 bool IsActiveRay(const FullRay& ray) {
   for (const PacketComponent c : {kOrgX, kOrgY, kOrgZ, kDirX, kDirY, kDirZ}) {
@@ -177,6 +179,53 @@ void AbsentComponentsHaveTheirDefaults() {
   }
 }
 
+// One component that stands elsewhere, all others in the order of PacketComponent.
+void ComponentsMayStandAnywhere() {
+  Random random(5);
+  const auto rays = RandomRays(random, 40);
+  FormedRays formed(rays, kRecordForm), elsewhere(RandomRays(random, 40), kRecordForm);
+  const auto other = elsewhere.Rays();
+  struct Place {
+    RayView::Component RayView::*component;
+    PacketComponent name;
+  };
+  const Place places[] = {{&RayView::org_x, kOrgX}, {&RayView::org_y, kOrgY},
+                          {&RayView::org_z, kOrgZ}, {&RayView::tnear, kTnear},
+                          {&RayView::dir_x, kDirX}, {&RayView::dir_y, kDirY},
+                          {&RayView::dir_z, kDirZ}, {&RayView::time, kTime},
+                          {&RayView::tfar, kTfar},  {&RayView::mask, kMask}};
+  for (const Place& place : places) {
+    RayView view = formed.View();
+    view.*place.component = elsewhere.View().*place.component;
+    std::vector<RayRecord> records(40);
+    std::vector<uint32_t> callers(40);
+    const LoadedRays loaded = LoadRecords(view, 0, 40, records.data(), callers.data());
+    ASSERT_GT(loaded.count, 10u);
+    for (size_t octant = 0; octant < 8; ++octant) {
+      for (size_t i = loaded.begin[octant]; i < loaded.end[octant]; ++i) {
+        FullRay expected = rays[callers[i]];
+        expected.Set(place.name, other[callers[i]].Get<uint32_t>(place.name));
+        ExpectRecord(records[i], expected);
+        if (testing::Test::HasFatalFailure()) return;
+      }
+    }
+  }
+  // Hits, too: those of a record are written in one go only where they stand side by side.
+  for (const Place& place : {Place{&RayView::u, kU}, Place{&RayView::instance_id, kInstanceId},
+                             Place{&RayView::ng_x, kNgX}, Place{&RayView::tfar, kTfar}}) {
+    const auto before = formed.Rays(), before_elsewhere = elsewhere.Rays();
+    RayView view = formed.View();
+    view.*place.component = elsewhere.View().*place.component;
+    RecordLayout(view).WriteHit(7, {{1, 2, 3}, 4, 5, 6, 7, 8, 9});
+    const auto after = formed.Rays(), after_elsewhere = elsewhere.Rays();
+    ASSERT_EQ(after[7].Get<uint32_t>(place.name), before[7].Get<uint32_t>(place.name));
+    ASSERT_NE(after_elsewhere[7].Get<uint32_t>(place.name),
+              before_elsewhere[7].Get<uint32_t>(place.name));
+    formed = FormedRays(before, kRecordForm);
+    elsewhere = FormedRays(before_elsewhere, kRecordForm);
+  }
+}
+
 // Finite components whose sum overflows are finite, and infinities of opposite sign do not cancel.
 void SumsThatOverflow() {
   const auto is_loaded = [](const Ray& ray) {
@@ -284,6 +333,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(LoadRecordsTest);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, EveryFormIsReadAlike);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, AbsentComponentsHaveTheirDefaults);
+HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ComponentsMayStandAnywhere);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, SumsThatOverflow);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, LanesOfPackets);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, HitsGoToTheirRays);

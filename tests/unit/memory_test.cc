@@ -5,12 +5,17 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "dacrt/dacrt.h"
 #include "partition/grid.h"
@@ -203,6 +208,166 @@ INSTANTIATE_TEST_SUITE_P(
              std::to_string(c.triangles) + "Triangles" + std::to_string(c.rays) + "Rays" +
              std::to_string(info.index);
     });
+
+/// A scene of a soup, and what the device says that it takes, by the monitor.
+class MonitoredScene {
+ public:
+  explicit MonitoredScene(Settings settings, std::size_t triangles = 30000) {
+    Random random(3);
+    mesh_ = unit::MakeSoup(random, triangles, 1, 0.05f);
+    device = std::make_shared<Device>(settings, [this](std::ptrdiff_t bytes) {
+      const std::ptrdiff_t now = bytes_ += bytes;
+      std::ptrdiff_t before = peak_;
+      while (before < now && !peak_.compare_exchange_weak(before, now)) {
+      }
+      return true;
+    });
+    const TriangleMesh view = mesh_.View();
+    scene = std::make_unique<Scene>(device, std::span(&view, 1));
+  }
+
+  std::size_t peak() const { return static_cast<std::size_t>(peak_.load()); }
+
+ private:
+  Mesh mesh_;
+  std::atomic<std::ptrdiff_t> bytes_{0}, peak_{0};
+
+ public:
+  std::shared_ptr<Device> device;
+  std::unique_ptr<Scene> scene;
+};
+
+/// Single rays and packets of 16 in the order of PacketComponent.
+void TracePackets(const Scene& scene, const std::vector<Ray>& rays, uint32_t lanes) {
+  std::array<float, kPacketComponents * 16> values{};
+  for (std::size_t i = 0; i + lanes <= rays.size(); i += lanes) {
+    for (uint32_t lane = 0; lane < lanes; ++lane) {
+      const Ray& ray = rays[i + lane];
+      const auto set = [&](PacketComponent component, float value) {
+        values[static_cast<std::size_t>(component) * lanes + lane] = value;
+      };
+      set(PacketComponent::kOrgX, ray.org[0]);
+      set(PacketComponent::kOrgY, ray.org[1]);
+      set(PacketComponent::kOrgZ, ray.org[2]);
+      set(PacketComponent::kDirX, ray.dir[0]);
+      set(PacketComponent::kDirY, ray.dir[1]);
+      set(PacketComponent::kDirZ, ray.dir[2]);
+      set(PacketComponent::kTfar, unit::kInfinity);
+    }
+    RayPacket packet;
+    packet.values = values.data();
+    packet.lanes = lanes;
+    packet.has_masks = false;
+    scene.Trace(Query::kClosest, packet);
+  }
+}
+
+// A short call works on the stack, and borrows the workspace that was reserved when the scene was
+// made, to split subsets in. When it is all split, calls take not a byte of the heap.
+TEST(MemoryShortCallTest, TakesNothingBesideTheFloor) {
+  Random random(4);
+  const auto rays = unit::MakeRays(random, 2048, 1);
+  for (const uint64_t budget : {uint64_t{1}, kDefaultBudget, kUnlimitedBudget}) {
+    for (const std::size_t count : {1u, 16u, 64u, 256u}) {
+      Settings settings;
+      settings.budget = budget;
+      settings.threads = 1;
+      const MonitoredScene monitored(settings);
+      const Scene& scene = *monitored.scene;
+      const std::size_t held = monitored.device->WorkspaceBytesHeld();
+      const auto trace_all = [&] {
+        if (count <= 16) return TracePackets(scene, rays, static_cast<uint32_t>(count));
+        auto copy = std::vector<Ray>(rays.begin(), rays.begin() + 2048);
+        heap_peak = heap_bytes.load();
+        const std::size_t calls = budget == 1 ? 1 : copy.size() / count;
+        for (std::size_t i = 0; i < calls; ++i) {
+          scene.Trace(Query::kClosest, unit::ViewOf(std::span(copy).subspan(i * count, count)));
+        }
+      };
+      trace_all();
+      EXPECT_EQ(monitored.device->WorkspaceBytesHeld(), held);
+      EXPECT_LE(monitored.device->WorkspaceBytesHeld(), scene.WorkspaceBytes(count));
+      EXPECT_LE(monitored.peak(), scene.WorkspaceBytes(count) + scene.KeptBytes());
+      EXPECT_LE(scene.KeptBytesUsed(), scene.KeptBytes());
+      if (DACRT_TEST_SANITIZED || budget == 1) continue;
+      heap_peak = heap_bytes.load();
+      const std::size_t before = heap_peak;
+      trace_all();
+      if (count > 16) continue;  // whose copy is on the heap
+      EXPECT_EQ(heap_peak, before) << count << " rays a call";
+    }
+  }
+}
+
+// The same for streams, whose rays stand outside of what is counted.
+TEST(MemoryShortCallTest, StreamsTakeNothingOfTheHeap) {
+  if (DACRT_TEST_SANITIZED) GTEST_SKIP();
+  Random random(5);
+  const MonitoredScene monitored(Settings{});
+  auto rays = unit::MakeRays(random, 256, 1);
+  const auto before = rays;
+  monitored.scene->Trace(Query::kClosest, unit::ViewOf(rays));
+  rays = before;
+  heap_peak = heap_bytes.load();
+  const std::size_t heap_before = heap_peak;
+  monitored.scene->Trace(Query::kClosest, unit::ViewOf(rays));
+  EXPECT_EQ(heap_peak, heap_before);
+}
+
+// Several threads that come at once each borrow a workspace of their own, no larger than the floor.
+TEST(MemoryShortCallTest, ThreadsBorrowOneEach) {
+  Random random(6);
+  const auto rays = unit::MakeRays(random, 1024, 1);
+  constexpr std::size_t kThreads = 4;
+  const MonitoredScene monitored(Settings{});
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&] { TracePackets(*monitored.scene, rays, 1); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_LE(monitored.device->WorkspaceBytesHeld(),
+            kThreads * monitored.scene->WorkspaceBytes(1));
+}
+
+// With instances, whose rays need room of their own.
+TEST(MemoryInstanceTest, ACallTakesNoMoreThanTheFormulaSays) {
+  Random random(7);
+  const Mesh mesh = unit::MakeSoup(random, 20000, 1, 0.05f);
+  for (const uint64_t budget : {uint64_t{1}, kDefaultBudget}) {
+    for (const std::size_t count : {10u, 300u, 50000u}) {
+      Settings settings;
+      settings.budget = budget;
+      settings.threads = 1;
+      const auto device = std::make_shared<Device>(settings);
+      Geometry triangles;
+      triangles.vertices = {{mesh.vertices.data(), 12}};
+      triangles.vertex_count = mesh.vertices.size();
+      triangles.primitives = {mesh.triangles.data(), 12};
+      triangles.primitive_count = mesh.triangles.size();
+      const auto inner = std::make_shared<Scene>(device, std::span<const Geometry>(&triangles, 1),
+                                                 SceneOptions{});
+      std::vector<Geometry> instances(3);
+      for (uint32_t i = 0; i < 3; ++i) {
+        instances[i].shape = Shape::kInstance;
+        instances[i].geometry_id = i;
+        instances[i].primitive_count = 1;
+        instances[i].instanced_scene = inner;
+        instances[i].transforms.resize(1);
+        instances[i].transforms[0].matrix.column[3][0] = static_cast<float>(i);
+      }
+      const Scene scene(device, instances, SceneOptions{});
+      auto rays = unit::MakeRays(random, budget == 1 ? std::min(count, std::size_t{2000}) : count,
+                                 1);
+      heap_peak = heap_bytes.load();
+      const std::size_t heap_before = heap_peak;
+      scene.Trace(Query::kClosest, unit::ViewOf(rays));
+      EXPECT_LE(device->WorkspaceBytesHeld(), scene.WorkspaceBytes(rays.size()));
+      if (!DACRT_TEST_SANITIZED) EXPECT_LE(heap_peak - heap_before, kHeapAllowance);
+      EXPECT_LE(inner->KeptBytesUsed(), inner->KeptBytes());
+      EXPECT_LE(scene.KeptBytesUsed(), scene.KeptBytes());
+    }
+  }
+}
 
 // As many workspaces as there were threads at once, each for its own size: here there is one.
 TEST(MemoryGrowthTest, AWorkspaceGrowsToTheLargestCall) {

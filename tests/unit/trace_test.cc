@@ -334,8 +334,8 @@ TEST_P(TraceTest, KeptPartitionsDoNotChangeABit) {
     ExpectBlockedWhereHit(pure.Traced(batch, Query::kAny), batch, expected.back());
   }
   for (const uint64_t budget : VariedBudgets(triangles)) {
-    for (const uint32_t threads : {1u, 2u, 8u}) {
-      for (const uint32_t piece_rays : {64u, 1000u, Settings().piece_rays}) {
+    for (const uint32_t threads : {1u, 8u}) {
+      for (const uint32_t piece_rays : {64u, Settings().piece_rays}) {
         Settings settings;
         settings.budget = budget;
         settings.threads = threads;
@@ -658,15 +658,14 @@ TEST_P(TraceTest, CoincidentCentroids) {
 }
 
 TEST_P(TraceTest, IdenticalTriangles) {
-  // A million of them on the best one only: every ray has to be tested against each.
-  const bool is_best = GetParam() == AvailableInstructionSets().back();
+  // Every ray has to be tested against each, and names decide between all of them.
   Mesh mesh;
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
-  mesh.triangles.assign(is_best ? 1000000 : 50000, {0, 1, 2});
+  mesh.triangles.assign(20000, {0, 1, 2});
   const TestScene scene({mesh}, WithInstructionSet());
-  std::vector<Ray> rays(1000, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  std::vector<Ray> rays(260, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
   const Statistics statistics = scene.Trace(rays);
-  EXPECT_EQ(statistics.hits, 1000u);
+  EXPECT_EQ(statistics.hits, 260u);
   EXPECT_LE(statistics.max_depth, kDeepest);
   for (const Ray& ray : rays) {
     ASSERT_EQ(ray.tfar, 1);

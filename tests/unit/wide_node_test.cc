@@ -212,7 +212,13 @@ void RaysEnterTheChildrenTheyMeet() {
     const WideNode node = family.Encode();
     ASSERT_EQ(node.UsedChildren(), (1u << count) - 1);
     RayRecord ray{};
-    const Float3 org = random.InCube(-2, 2), dir = random.Direction();
+    // At one of the children, more or less.
+    const Box& aim = family.boxes[random.Below(static_cast<uint32_t>(count))];
+    const Float3 org = random.InCube(-2, 2);
+    Float3 dir;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      dir[axis] = random.Uniform(aim.lower[axis], aim.upper[axis]) - org[axis];
+    }
     for (size_t axis = 0; axis < 3; ++axis) {
       ray.org[axis] = org[axis];
       ray.dir[axis] = random.Below(8) == 0 ? (random.Next() & 1 ? 0.0f : -0.0f) : dir[axis];
