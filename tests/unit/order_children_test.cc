@@ -160,7 +160,7 @@ void EqualOnesKeepTheirPlaces() {
 void TheSampleIsSpread() {
   // A few rays that come from the left stand at the ends of the list, between many from the right
   // that start so near that they would decide.
-  static_assert(policy::kSampleRays >= 2);
+  static_assert(policy::SampleRays(100) >= 2);
   std::vector<RayRecord> rays;
   std::vector<RayNumber> list;
   for (RayNumber i = 0; i < 100; ++i) {
