@@ -359,8 +359,20 @@ class FacetTest {
 
   /// ComesFirst for a lane of this leaf.
   HWY_NOINLINE bool ComesFirstInLeaf(RayNumber number, size_t block_lane) const {
-    const RayRecord now = task_.rays[number];
     RayRecord& ray = task_.rays[number];
+    const ChildWord other_leaf(ray.hit);
+    if ((ray.state & RayRecord::kInLeaf) && other_leaf.IsBlock()) {
+      // Names tell nearly always, and cost less than the hits.
+      const MeshTable::Name own = NameOfLane(task_, block_, block_lane);
+      const MeshTable::Name other = NameOfLane(task_, FacetsOf(task_, other_leaf),
+                                               ray.state >> RayRecord::kLaneShift);
+      if (own.mesh != other.mesh) return own.mesh < other.mesh;
+      if (task_.scene.meshes.shapes()[own.mesh].shape != Shape::kGrids &&
+          own.primitive != other.primitive) {
+        return own.primitive < other.primitive;
+      }
+    }
+    const RayRecord now = ray;
     ray.state = RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
     ray.hit = leaf_.bits();
     uint32_t mesh;

@@ -20,6 +20,18 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+/// The block of a leaf in which facets that do not move stand.
+HWY_INLINE const LeafBlock& FacetsIn(const LeafBlock* block) {
+  while (HWY_UNLIKELY(block->kind != LeafKind::kFacets || block->is_timed)) block = block->Next();
+  return *block;
+}
+/// The same of a leaf that carries its geometry.
+HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
+  const std::byte* const block =
+      task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
+  return FacetsIn(reinterpret_cast<const LeafBlock*>(block));
+}
+
 /// Some rays with the triangles that they hit, a lane each.
 template <class Tag>
 class FinishedHitsOf {
@@ -42,15 +54,11 @@ class FinishedHitsOf {
     const RayRecord& ray = task_.rays[number];
     const ChildWord leaf(ray.hit);
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
-    if (HWY_LIKELY(leaf.IsBlock())) {
-      const std::byte* const block =
-          task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
-      return Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(block));
-    }
+    if (HWY_LIKELY(leaf.IsBlock())) return Add(number, ray, block_lane, FacetsOf(task_, leaf));
     alignas(64) std::byte blocks[kMostLeafBytes];
     MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes,
              SharedVertices::kRepeat, blocks);
-    Add(number, ray, block_lane, reinterpret_cast<const LeafBlock*>(blocks));
+    Add(number, ray, block_lane, FacetsIn(reinterpret_cast<const LeafBlock*>(blocks)));
   }
 
   size_t count() const { return count_; }
@@ -117,24 +125,20 @@ class FinishedHitsOf {
   using Vec = hn::Vec<Tag>;
 
   HWY_INLINE void Add(RayNumber number, const RayRecord& ray, size_t block_lane,
-                      const LeafBlock* block) {
-    // Facets that do not move stand in one block of a leaf.
-    while (HWY_UNLIKELY(block->kind != LeafKind::kFacets || block->is_timed)) {
-      block = block->Next();
-    }
-    const float* const vertices = block->vertex_data();
+                      const LeafBlock& block) {
+    const float* const vertices = block.vertex_data();
     for (size_t corner = 0; corner < 3; ++corner) {
-      const float* const vertex = vertices + block->indices()[corner * kLeafLanes + block_lane];
+      const float* const vertex = vertices + block.indices()[corner * kLeafLanes + block_lane];
       for (size_t axis = 0; axis < 3; ++axis) {
-        corner_[corner][axis][count_] = vertex[axis * block->vertices];
+        corner_[corner][axis][count_] = vertex[axis * block.vertices];
       }
     }
     for (int axis = 0; axis < 3; ++axis) {
       org_[axis][count_] = ray.org[axis];
       dir_[axis][count_] = ray.dir[axis];
     }
-    names_[count_] = NameOfLane(task_, *block, block_lane);
-    is_second_[count_] = block->second >> block_lane & 1;
+    names_[count_] = NameOfLane(task_, block, block_lane);
+    is_second_[count_] = block.second >> block_lane & 1;
     numbers_[count_++] = number;
   }
 

@@ -41,7 +41,7 @@ class PointWalk {
   }
 
   void Walk() {
-    if (!domain_.IsValid()) return;
+    if (!domain_.IsValid() || scene_.triangle_count == 0) return;
     if (scene_.kept) return WalkSubset(0);
     const auto all = scene_.meshes.meshes();
     for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {

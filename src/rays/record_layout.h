@@ -96,15 +96,13 @@ class RecordLayout {
     }
   }
 
-  static void WriteLane(const RayPacket& packet, uint32_t lane, float tfar) {
-    static_cast<float*>(
-        packet.values)[static_cast<std::size_t>(PacketComponent::kTfar) * packet.lanes + lane] =
-        tfar;
+  static void WriteBlocked(const RayPacket& packet, uint32_t lane) {
+    WriteTFar(packet, lane, -std::numeric_limits<float>::infinity());
   }
   static void WriteLane(const RayPacket& packet, uint32_t lane, const FullHit& hit) {
     float values[offsetof(FullHit, t) / sizeof(float)];
     std::memcpy(values, &hit, sizeof(values));
-    WriteLane(packet, lane, hit.t);
+    WriteTFar(packet, lane, hit.t);
     float* out = static_cast<float*>(packet.values) +
                  static_cast<std::size_t>(PacketComponent::kNgX) * packet.lanes + lane;
     for (const float value : values) {
@@ -143,6 +141,12 @@ class RecordLayout {
   }
 
  private:
+  static void WriteTFar(const RayPacket& packet, uint32_t lane, float tfar) {
+    static_cast<float*>(
+        packet.values)[static_cast<std::size_t>(PacketComponent::kTfar) * packet.lanes + lane] =
+        tfar;
+  }
+
   template <class T>
   T Read(RayView::Component component, std::size_t i, T absent) const {
     if (component == RayView::kAbsent) return absent;

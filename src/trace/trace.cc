@@ -153,7 +153,10 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
                        packet.instance_value};
   OneTracer<kQuery>(task).Trace(scene.kept->root(), 0, ListMemory{});
   if constexpr (kQuery == Query::kAny) {
-    if (ray.tfar < 0) record[static_cast<size_t>(PacketComponent::kTfar)] = ray.tfar;
+    if (ray.tfar < 0) {
+      record[static_cast<size_t>(PacketComponent::kTfar)] =
+          -std::numeric_limits<float>::infinity();
+    }
   } else {
     if (!(ray.state & RayRecord::kHasHit)) return;
     uint32_t mesh;
@@ -204,7 +207,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   for (size_t i = 0; i < count; ++i) {
     const RayRecord& ray = memory.rays[i];
     if constexpr (kQuery == Query::kAny) {
-      if (ray.tfar < 0) RecordLayout::WriteLane(packet, memory.numbers[i], ray.tfar);
+      if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, memory.numbers[i]);
     } else if (ray.state & RayRecord::kInLeaf) {
       finished.Add(static_cast<RayNumber>(i));
       if (finished.count() == FinishedHits::kMost) finish();

@@ -260,6 +260,20 @@ TEST_F(QueryPoint, PassesGeometriesByWithoutACallback) {
   MakeScene(geometry, {})->QueryPoint(QueryAt({0, 0, 0}, kInfinity));
 }
 
+// An empty subset must not be split: there is no leaf to end it.
+TEST(QueryPointOfNothing, AnEmptySceneHasNothingToVisit) {
+  for (const uint64_t budget : {uint64_t{0}, uint64_t{1}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const Scene scene(std::make_shared<Device>(settings), {});
+    int count = 0;
+    PointQuery query = QueryAt({0, 0, 0}, kInfinity);
+    query.call = &count;
+    scene.QueryPoint(query);
+    EXPECT_EQ(count, 0);
+  }
+}
+
 // What comes after an instance is looked at with the radius that was left there.
 TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
   Settings settings;

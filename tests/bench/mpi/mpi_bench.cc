@@ -417,7 +417,7 @@ int Run(int argc, char** argv) {
   if (options.longest > 0) CutLongTriangles(scene.mesh, options.longest);
   // In replicate rank 0 alone has rays, in divide each has a share of the same.
   RaySource source(scene);
-  RayBuffer rays = source.Make(*kind, Raster(options.rays_a_side), [&](RayBuffer& primary) {
+  RayBuffer rays = source.Make(*kind, options.rays_a_side, [&](RayBuffer& primary) {
     Local(scene.AsTriangleMesh(), 0).scene.Trace(Query::kClosest, primary.View());
   });
   (options.mode == "replicate" ? Replicate : Divide)(options, scene, rays, kind->query);
