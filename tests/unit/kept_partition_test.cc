@@ -192,7 +192,7 @@ class Walker : public Counts {
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
       lanes += kept_.table().LanesOf(kept_.table().Locate(KeptOrder::NumberOf(entry)).mesh);
     }
-    ASSERT_LE(lanes, kLeafLanes);
+    ASSERT_LE(lanes, kept_.partition.leaf_lanes());
     AddTriangles(leaf.range(), count, volumes);
   }
 
