@@ -21,7 +21,8 @@ namespace dacrt {
 
 /// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
 /// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
-/// returns has no meaning. That is workspaces, and what scenes keep. Any thread may call it.
+/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any thread
+/// may call it.
 using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 
 /// Owns what calls share: the settings, the choice of instruction set, and the workspaces, which
@@ -43,9 +44,10 @@ class Device {
 
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack.
   /// With a piece of R rays for each of W threads that work on the call (src/engine/call_plan.h)
-  ///     bytes = W * (kRayBytes * R + a constant) + kTriangleBytes * triangle_count
+  ///     bytes = W * (a number of bytes a ray * R + a constant) + some for each triangle
   /// and with a kept partition at least those of one thread with a piece of 1,024 rays, which are
-  /// reserved when a scene is made.
+  /// reserved when a scene is made. Calls of up to 256 rays over a kept partition, packets and
+  /// single rays need none but, while subsets are split, that constant; their stack is 80 KiB.
   /// The constants are stated in src/runtime/workspace.h, and for the triangles in
   /// src/partition/grid.h where a partition is kept: they are then needed only by the first calls,
   /// while large subsets are split. The device keeps as many workspaces as threads worked at once,
@@ -85,7 +87,8 @@ struct SceneOptions {
 /// bounds.
 ///
 /// Threads: any number may trace one scene at once. Callbacks are called by the thread that calls,
-/// which does all the work of a call on a scene with callbacks.
+/// which does all the work of a call on a scene with callbacks: programs let them write to what
+/// belongs to the call, CallOptions::call, without a lock.
 class Scene {
  public:
   /// Reads every mesh once. Of two meshes with equal geometry_id the later one counts as larger
@@ -136,6 +139,9 @@ class Scene {
   /// Memory: where the workspace cannot be had, the call makes do with fewer threads and smaller
   /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory
   /// only if other calls have all that there is.
+  ///
+  /// Returns what was counted; nothing for calls of up to 256 rays over a kept partition, which take
+  /// a shorter way.
   ///
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
   /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.

@@ -27,8 +27,9 @@ struct LinearBounds {
 };
 
 /// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
-/// during each Trace, and never copied: it must stay in place and unchanged while a scene that was
-/// made from it exists.
+/// during each Trace: it must stay in place and unchanged while a scene that was made from it exists.
+/// (The partition that a scene keeps holds copies of triangles, made when rays come to them; when
+/// that is, is not promised.)
 struct TriangleMesh {
   /// Three floats a vertex, `vertex_stride` bytes apart. Four-byte aligned.
   const void* vertices = nullptr;

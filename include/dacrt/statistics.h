@@ -26,14 +26,14 @@ struct Statistics {
   uint64_t direct_rays = 0;      ///< sum over direct solves of the active rays
   uint64_t triangle_tests = 0;   ///< tests of one ray against one triangle
 
-  // Where the time went, in seconds of all threads together, by the time stamp counter.
+  // Where the time of the published methods went, in seconds of all threads together, by the time
+  // stamp counter; 0 over a kept partition, where a clock would cost as much as a step.
   double seconds_loading = 0;    ///< from the caller's records to the engine's arrays
   double seconds_sampling = 0;   ///< taking sample rays, and tracing them against candidates
   double seconds_binning = 0;    ///< references, bins and candidates
   double seconds_partition = 0;  ///< moving references
   double seconds_filtering = 0;  ///< filtering, and returning distances
   double seconds_direct = 0;     ///< direct solves
-  double seconds_tracing = 0;    ///< over a kept partition, all steps from loading to storing
   double seconds_storing = 0;    ///< from the engine's hits to the caller's records
 
   Statistics& operator+=(const Statistics& other);

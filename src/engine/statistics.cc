@@ -29,7 +29,6 @@ Statistics& Statistics::operator+=(const Statistics& other) {
   seconds_partition += other.seconds_partition;
   seconds_filtering += other.seconds_filtering;
   seconds_direct += other.seconds_direct;
-  seconds_tracing += other.seconds_tracing;
   seconds_storing += other.seconds_storing;
   return *this;
 }

@@ -16,14 +16,10 @@ void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
   RootOf(kept, 0, &scratch, &tasks, [] {});
 }
 
-void SplitOne(KeptPartition& kept, uint32_t subset, SubsetScratch& scratch) {
-  RootOf(kept, subset, &scratch, nullptr, [] {});
-}
-
 }  // namespace
 
 const PartitionKernels* GetPartitionKernels() {
-  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll, SplitOne};
+  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll};
   return &kKernels;
 }
 

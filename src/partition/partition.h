@@ -14,8 +14,6 @@ struct PartitionKernels {
   /// Splits the whole of a scene, if that is not done yet and there is memory, with the threads of
   /// `tasks`.
   void (*split_all)(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks);
-  /// Splits one subset.
-  void (*split_one)(KeptPartition& kept, uint32_t subset, SubsetScratch& scratch);
 };
 
 /// The kernels of a target, by its index in Highway's tables.

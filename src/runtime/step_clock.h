@@ -15,7 +15,6 @@ enum class Step {
   kPartition,
   kFiltering,
   kDirect,
-  kTracing,
   kStoring
 };
 
@@ -23,7 +22,7 @@ enum class Step {
 /// clock; how long a tick is comes out at the end, from the span of the whole call in both.
 class StepClock {
  public:
-  static constexpr std::size_t kSteps = 8;
+  static constexpr std::size_t kSteps = 7;
 
   /// Charges its own lifetime to a step.
   class Charge {
