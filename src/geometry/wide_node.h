@@ -75,11 +75,15 @@ struct alignas(64) WideNode {
   bool HasBareLeaves() const {
     return std::atomic_ref(const_cast<uint8_t&>(visits)).load(std::memory_order_relaxed) != kDone;
   }
-  /// Returns the visits so far. Threads may lose each other's.
+  /// Returns the visits so far. Threads may lose each other's visits, but never a claim: a plain
+  /// store here could undo one.
   uint8_t CountVisit() {
     const std::atomic_ref counter(visits);
     const uint8_t before = counter.load(std::memory_order_relaxed);
-    if (before < kBusy - 1) counter.store(before + 1, std::memory_order_relaxed);
+    if (before < kBusy - 1) {
+      uint8_t expected = before;
+      counter.compare_exchange_strong(expected, before + 1, std::memory_order_relaxed);
+    }
     return before;
   }
   /// True for the one thread that is to give the leaves their geometry.
