@@ -9,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstring>
 
 #include "geometry/box.h"
@@ -25,6 +26,16 @@ using EightPart = hn::Vec<EightTag>;
 constexpr EightTag kEightTag;
 constexpr size_t kPartLanes = hn::MaxLanes(EightTag());
 constexpr size_t kParts = 8 / kPartLanes;
+
+/// The size of a node's steps on an axis, in all lanes: the upper half of the word that ends there.
+HWY_INLINE EightPart ScaleOf(const WideNode& node, int axis) {
+  static_assert(std::endian::native == std::endian::little &&
+                offsetof(WideNode, scale) >= sizeof(uint16_t));
+  const hn::RebindToUnsigned<EightTag> du;
+  uint32_t word;
+  memcpy(&word, reinterpret_cast<const char*>(&node.scale[axis]) - sizeof(uint16_t), sizeof(word));
+  return hn::BitCast(kEightTag, hn::And(hn::Set(du, word), hn::Set(du, 0xFFFF0000u)));
+}
 
 inline float FromUpperHalf(uint16_t half) {
   const uint32_t bits = uint32_t{half} << 16;
@@ -54,7 +65,7 @@ struct PlaneOffsets {
   uint32_t far[3];
 
   /// `octant` has a bit for each axis on which directions are negative.
-  HWY_INLINE explicit PlaneOffsets(uint32_t octant) {
+  constexpr explicit PlaneOffsets(uint32_t octant) : near(), far() {
     static_assert(offsetof(WideNode, upper) == offsetof(WideNode, lower) + 3 * WideNode::kWidth);
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const uint32_t negative = (octant >> axis) & 1;
@@ -63,6 +74,11 @@ struct PlaneOffsets {
     }
   }
 };
+
+/// The same by octant, for those who look them up once a ray.
+inline constexpr PlaneOffsets kPlaneOffsets[8] = {PlaneOffsets(0), PlaneOffsets(1), PlaneOffsets(2),
+                                                  PlaneOffsets(3), PlaneOffsets(4), PlaneOffsets(5),
+                                                  PlaneOffsets(6), PlaneOffsets(7)};
 
 /// These planes, in registers: a lane a child.
 struct ChildPlanes {
@@ -73,12 +89,11 @@ struct ChildPlanes {
     const uint8_t* const steps = &node.lower[0][0];
     for (int axis = 0; axis < 3; ++axis) {
       const EightPart origin = hn::Set(kEightTag, node.origin[axis]);
-      const EightPart scale = hn::Set(kEightTag, FromUpperHalf(node.scale[axis]));
+      const EightPart scale = ScaleOf(node, axis);
       for (size_t part = 0; part < kParts; ++part) {
         near[part][axis] =
             DecodeFaces(steps + offsets.near[axis] + part * kPartLanes, origin, scale);
-        far[part][axis] =
-            DecodeFaces(steps + offsets.far[axis] + part * kPartLanes, origin, scale);
+        far[part][axis] = DecodeFaces(steps + offsets.far[axis] + part * kPartLanes, origin, scale);
       }
     }
   }
@@ -110,8 +125,8 @@ inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node
     uint16_t scale = UpperHalfNotBelow((end - origin) / 255.0f);
     const auto v_origin = hn::Set(kEightTag, origin);
     const auto decode = [&](hn::Vec<decltype(di)> steps) HWY_ATTR {
-      return hn::MulAdd(hn::ConvertTo(kEightTag, steps),
-                        hn::Set(kEightTag, FromUpperHalf(scale)), v_origin);
+      return hn::MulAdd(hn::ConvertTo(kEightTag, steps), hn::Set(kEightTag, FromUpperHalf(scale)),
+                        v_origin);
     };
     const auto least = hn::Zero(di), most = hn::Set(di, 255), one = hn::Set(di, 1);
     while (hn::GetLane(decode(most)) < end) ++scale;

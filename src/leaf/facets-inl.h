@@ -59,8 +59,8 @@ HWY_INLINE EightPart PickLanes(const float* table, hn::Vec<hn::RebindToSigned<Ei
   if (HWY_UNLIKELY(size > 16)) {
     const auto rest = hn::IndicesFromVec(kEightTag, hn::And(indices, hn::Set(di, 7)));
     const EightPart last = hn::TableLookupLanes(hn::LoadU(kEightTag, table + 16), rest);
-    picked = hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 15))), last,
-                            picked);
+    picked =
+        hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 15))), last, picked);
   }
   return picked;
 }
@@ -78,8 +78,7 @@ HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part, size_t
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;
   for (size_t corner = 0; corner < 3; ++corner) {
-    const auto indices =
-        hn::PromoteTo(di, hn::LoadU(d8, block.indices() + corner * kLeafLanes));
+    const auto indices = hn::PromoteTo(di, hn::LoadU(d8, block.indices() + corner * kLeafLanes));
     for (size_t axis = 0; axis < 3; ++axis) {
       corners[corner][axis] = PickLanes(vertices + axis * count, indices, count);
     }
@@ -103,9 +102,8 @@ HWY_INLINE CornerLanes Interpolate(const CornerLanes& begin, const CornerLanes& 
   CornerLanes lanes;
   const EightPart to_end = hn::Set(kEightTag, fraction);
   const EightPart to_begin = hn::Set(kEightTag, 1.0f - fraction);
-  const auto between = [&](EightPart a, EightPart b) HWY_ATTR {
-    return hn::MulAdd(to_begin, a, hn::Mul(to_end, b));
-  };
+  const auto between = [&](EightPart a, EightPart b)
+                           HWY_ATTR { return hn::MulAdd(to_begin, a, hn::Mul(to_end, b)); };
   for (int axis = 0; axis < 3; ++axis) {
     lanes.v0[axis] = between(begin.v0[axis], end.v0[axis]);
     lanes.v1[axis] = between(begin.v1[axis], end.v1[axis]);
@@ -178,20 +176,24 @@ class FacetTest {
   FacetTest(const TraceTask& task, ChildWord leaf, const LeafBlock& block)
       : task_(task), leaf_(leaf), block_(block) {}
 
-  void Test(const RayNumber* list, size_t count) const {
-    if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
-    if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
+  /// One ray against facets that do not move, where hits are kept by leaf and lane. If `last` is
+  /// not null, what was found is kept there, too.
+  HWY_INLINE void TestOne(RayNumber number, LastFacets* last) const {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
-      const LeafTriangles triangles(DecodeCorners(block_, part));
-      for (size_t i = 0; i < count; ++i) {
-        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
-        TestRay(list[i], triangles, part, nullptr);
-      }
+      TestRay<true>(number, LeafTriangles(DecodeCorners(block_, part)), part, nullptr, last);
     }
   }
 
-  /// Offers a ray a triangle of the block that it meets, of which no more is kept than which it is.
+  void Test(const RayNumber* list, size_t count) const {
+    if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
+    if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
+    if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
+    TestStill<false>(list, count);
+  }
+
+  /// Offers a closest-hit ray a triangle of the block that it meets, of which no more is kept than
+  /// which it is.
   HWY_INLINE void TakeInLeaf(RayNumber number, float key, bool within_limit,
                              size_t block_lane) const {
     RayRecord& ray = task_.rays[number];
@@ -199,22 +201,30 @@ class FacetTest {
         !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
       return;
     }
-    if constexpr (kQuery == Query::kAny) {
-      if (within_limit) ray.tfar = -std::numeric_limits<float>::infinity();
-    } else {
-      const Closeness closeness = Compare(ray, key, within_limit);
-      if (closeness == Closeness::kFarther) return;
-      if (HWY_UNLIKELY(closeness == Closeness::kEqual) && !ComesFirstInLeaf(number, block_lane)) {
-        return;
-      }
-      SetHit(ray, key,
-             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
-             leaf_.bits());
+    const Closeness closeness = Compare(ray, key, within_limit);
+    if (closeness == Closeness::kFarther) return;
+    if (HWY_UNLIKELY(closeness == Closeness::kEqual) && !ComesFirstInLeaf(number, block_lane)) {
+      return;
     }
+    SetHit(ray, key,
+           RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
+           leaf_.bits());
   }
 
  private:
   static constexpr size_t kAhead = 4;
+
+  template <bool kInLeaf>
+  HWY_INLINE void TestStill(const RayNumber* list, size_t count) const {
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const LeafTriangles triangles(DecodeCorners(block_, part));
+      for (size_t i = 0; i < count; ++i) {
+        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
+        TestRay<kInLeaf>(list[i], triangles, part, nullptr);
+      }
+    }
+  }
 
   void TestTimed(const RayNumber* list, size_t count) const {
     TimedFacets facets;
@@ -222,7 +232,7 @@ class FacetTest {
       const float time = task_.rays[list[i]].time;
       if (i == 0 || time != facets.time) facets.Gather(task_, block_, time);
       for (size_t part = 0; part < kParts; ++part) {
-        TestRay(list[i], LeafTriangles(facets.Corners(part)), part, &facets);
+        TestRay<false>(list[i], LeafTriangles(facets.Corners(part)), part, &facets);
       }
     }
   }
@@ -238,18 +248,16 @@ class FacetTest {
             shapes.MomentAt(block_.geometry, task_.rays[list[i]].time);
         if (!moment) continue;
         const LeafTriangles triangles(Interpolate(begin, end, moment->fraction));
-        TestRay(list[i], triangles, part, nullptr);
+        TestRay<false>(list[i], triangles, part, nullptr);
       }
     }
   }
 
-  /// Whether hits are known by leaf and lane: not where what is hit depends on the time.
-  HWY_INLINE bool KeepsLeafHits() const {
-    return task_.keeps_leaf_hits && block_.kind == LeafKind::kFacets && !block_.is_timed;
-  }
-
+  /// With kInLeaf, hits are kept by leaf and lane: not where filter functions may change them, nor
+  /// where what is hit depends on the time.
+  template <bool kInLeaf>
   HWY_INLINE void TestRay(RayNumber number, const LeafTriangles& triangles, size_t part,
-                          const TimedFacets* timed) const {
+                          const TimedFacets* timed, LastFacets* last = nullptr) const {
     const RayRecord& ray = task_.rays[number];
     if (kQuery == Query::kAny && ray.tfar < 0) return;
     TestRaysOf<EightPart> rays;
@@ -260,10 +268,33 @@ class FacetTest {
     rays.tnear = hn::Set(kEightTag, ray.tnear);
     rays.tfar = hn::Set(kEightTag, ray.tfar);
     FacetCrossings crossings;
-    const uint64_t lanes = kRobust ? MeetRobustly(ray, rays, triangles, crossings)
-                                   : Meet(ray, rays, triangles, crossings);
+    const uint64_t lanes = kRobust ? MeetRobustly<kInLeaf>(ray, rays, triangles, crossings)
+                                   : Meet<kInLeaf>(ray, rays, triangles, crossings, part, last);
     if (HWY_LIKELY(lanes == 0)) return;
-    TakeLanes(number, lanes, crossings, part, timed);
+    if constexpr (kInLeaf && kQuery == Query::kAny) {
+      BlockInLeaf(number, lanes & crossings.within_limit, part);
+    } else if constexpr (kInLeaf) {
+      ForEachLane(lanes, [&](size_t lane) {
+        TakeInLeaf(number, crossings.key[lane], (crossings.within_limit >> lane) & 1,
+                   part * kPartLanes + lane);
+      });
+    } else {
+      TakeLanes(number, lanes, crossings, part, timed);
+    }
+  }
+
+  /// Blocks an any-hit ray, if its mask allows one of some lanes.
+  HWY_INLINE void BlockInLeaf(RayNumber number, uint64_t lanes, size_t part) const {
+    RayRecord& ray = task_.rays[number];
+    if (HWY_UNLIKELY(task_.checks_masks)) {
+      ForEachLane(lanes, [&](size_t lane) {
+        const size_t block_lane = part * kPartLanes + lane;
+        if (!MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
+          lanes &= ~(uint64_t{1} << lane);
+        }
+      });
+    }
+    if (lanes != 0) ray.tfar = -std::numeric_limits<float>::infinity();
   }
 
   /// Lanes that meet and enter the triangle's own box; `interval` is where.
@@ -278,22 +309,25 @@ class FacetTest {
     return Enters(interval, rays.tnear, rays.tfar);
   }
 
+  template <bool kInLeaf>
   HWY_INLINE uint64_t Meet(const RayRecord& ray, TestRaysOf<EightPart>& rays,
-                           const LeafTriangles& triangles, FacetCrossings& out) const {
+                           const LeafTriangles& triangles, FacetCrossings& out, size_t part,
+                           LastFacets* last) const {
+    // Both before one branch, which is hard enough to foresee.
     const auto terms = EdgeTerms(rays.org, rays.dir, triangles.test);
-    auto meet = PassesInside(terms);
-    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return 0;
     const EightPart t = DepthTerm(triangles.test, terms);
-    meet = hn::And(meet, MeetsInDepth(rays, t, terms.den));
-    if (hn::AllFalse(kEightTag, meet)) return 0;
+    auto meet = hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den));
+    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return 0;
     IntervalOf<EightPart> interval;
     meet = hn::And(meet, EnterOwnBox(ray, rays, triangles, interval));
     const uint64_t lanes = Bits(kEightTag, meet);
     if (lanes == 0) return 0;
     out.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
+    if constexpr (kInLeaf && kQuery == Query::kAny) return lanes;
     const EightPart distance = hn::Div(t, terms.den);
-    if (HWY_LIKELY(KeepsLeafHits())) {
+    if constexpr (kInLeaf) {
       hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
+      if (last) KeepLast(triangles, terms, distance, part, *last);
       return lanes;
     }
     StoreCrossings(triangles, distance, interval, hn::Div(terms.u, terms.den),
@@ -301,6 +335,21 @@ class FacetTest {
     return lanes;
   }
 
+  HWY_INLINE void KeepLast(const LeafTriangles& triangles, const PairTermsOf<EightPart>& terms,
+                           EightPart t, size_t part, LastFacets& last) const {
+    hn::Store(t, kEightTag, last.t);
+    hn::Store(terms.u, kEightTag, last.u);
+    hn::Store(terms.v, kEightTag, last.v);
+    hn::Store(terms.den, kEightTag, last.den);
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(triangles.test.ng[axis], kEightTag, last.ng[axis]);
+    }
+    last.block = &block_;
+    last.leaf = leaf_.bits();
+    last.part = part;
+  }
+
+  template <bool kInLeaf>
   HWY_INLINE uint64_t MeetRobustly(const RayRecord& ray, TestRaysOf<EightPart>& rays,
                                    const LeafTriangles& triangles, FacetCrossings& out) const {
     const RobustTerms<EightPart> terms =
@@ -315,7 +364,7 @@ class FacetTest {
     const uint64_t lanes = Bits(kEightTag, meet);
     if (lanes == 0) return 0;
     out.within_limit = lanes;
-    if (HWY_LIKELY(KeepsLeafHits())) {
+    if constexpr (kInLeaf) {
       hn::Store(hn::Max(distance, interval.entry), kEightTag, out.key);
       return lanes;
     }
@@ -339,13 +388,6 @@ class FacetTest {
 
   void TakeLanes(RayNumber number, uint64_t lanes, const FacetCrossings& crossings, size_t part,
                  const TimedFacets* timed) const {
-    if (HWY_LIKELY(KeepsLeafHits())) {
-      ForEachLane(lanes, [&](size_t lane) {
-        TakeInLeaf(number, crossings.key[lane], (crossings.within_limit >> lane) & 1,
-                   part * kPartLanes + lane);
-      });
-      return;
-    }
     // Near ones first, because a filter function may end the ray, and counts what it sees.
     while (lanes != 0) {
       size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
@@ -364,8 +406,8 @@ class FacetTest {
     if ((ray.state & RayRecord::kInLeaf) && other_leaf.IsBlock()) {
       // Names tell nearly always, and cost less than the hits.
       const MeshTable::Name own = NameOfLane(task_, block_, block_lane);
-      const MeshTable::Name other = NameOfLane(task_, FacetsOf(task_, other_leaf),
-                                               ray.state >> RayRecord::kLaneShift);
+      const MeshTable::Name other =
+          NameOfLane(task_, FacetsOf(task_, other_leaf), ray.state >> RayRecord::kLaneShift);
       if (own.mesh != other.mesh) return own.mesh < other.mesh;
       if (task_.scene.meshes.shapes()[own.mesh].shape != Shape::kGrids &&
           own.primitive != other.primitive) {

@@ -41,9 +41,9 @@ struct alignas(4) LeafBlock {
   uint8_t lanes;         ///< of facets the triangles, of which a quad has two; else the items
   uint8_t vertices;      ///< of facets, distinct ones; up to 3 * kLeafLanes
   uint8_t second;        ///< a bit a lane: the second triangle of a quad
-  uint32_t first;     ///< place in the order of the leaf's first item
-  uint32_t items;     ///< of each lane, four bits a lane: its item's place behind the first one
-  uint32_t geometry;  ///< of all lanes, or kSeveral
+  uint32_t first;        ///< place in the order of the leaf's first item
+  uint32_t items;        ///< of each lane, four bits a lane: its item's place behind the first one
+  uint32_t geometry;     ///< of all lanes, or kSeveral
 
   /// Bytes behind the header.
   std::size_t DataBytes() const {
@@ -73,6 +73,9 @@ struct alignas(4) LeafBlock {
     return reinterpret_cast<const float*>(indices() + 3 * kLeafLanes);
   }
   const float* point_data() const { return reinterpret_cast<const float*>(this + 1); }
+
+  /// Facets that do not move, and nothing else in the leaf: what most leaves are.
+  bool IsPlain() const { return kind == LeafKind::kFacets && is_last && !is_timed; }
 
   uint32_t PlaceOf(std::size_t lane) const { return first + (items >> (4 * lane) & 15); }
 };

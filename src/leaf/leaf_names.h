@@ -7,8 +7,7 @@
 
 namespace dacrt {
 
-inline MeshTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block,
-                                  std::size_t lane) {
+inline MeshTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block, std::size_t lane) {
   const uint32_t number = KeptOrder::NumberOf(task.partition.order[block.PlaceOf(lane)]);
   const MeshTable& meshes = task.scene.meshes;
   if (block.geometry == LeafBlock::kSeveral) return meshes.Locate(number);

@@ -17,8 +17,8 @@ struct MadeLeaf {
 /// Whether vertices that facets share are looked for: worth it for leaves that are kept.
 enum class SharedVertices { kFind, kRepeat };
 
-/// Writes the blocks (see leaf_block.h) of the items from order[first] on, up to the last one of the
-/// leaf, or until kLeafLanes lanes are full, or `most` items, to `blocks`, which has room for
+/// Writes the blocks (see leaf_block.h) of the items from order[first] on, up to the last one of
+/// the leaf, or until kLeafLanes lanes are full, or `most` items, to `blocks`, which has room for
 /// kMostLeafBytes and is aligned as a block.
 MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
                   SharedVertices shared, std::byte* blocks);

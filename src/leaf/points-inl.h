@@ -137,8 +137,7 @@ class PointTest {
       for (int axis = 0; axis < 3; ++axis) {
         off[axis] = hn::Sub(hn::MulAdd(t, ray.dir[axis], ray.org[axis]), center[axis]);
       }
-      const auto meet =
-          hn::And(hn::Ne(den, hn::Zero(kEightTag)), hn::Lt(Dot(off, off), radius2));
+      const auto meet = hn::And(hn::Ne(den, hn::Zero(kEightTag)), hn::Lt(Dot(off, off), radius2));
       return Offer(number, first, ray, interval, entered & Bits(kEightTag, meet), t, normal);
     }
     const Passage passage = PassPoints(ray, center);
@@ -150,8 +149,7 @@ class PointTest {
       for (int axis = 0; axis < 3; ++axis) ng[axis] = hn::Neg(ray.dir[axis]);
       return Offer(number, first, ray, interval, meet & outside, passage.t, ng);
     }
-    const EightPart half =
-        hn::Sqrt(hn::Div(hn::Sub(radius2, passage.distance2), passage.length2));
+    const EightPart half = hn::Sqrt(hn::Div(hn::Sub(radius2, passage.distance2), passage.length2));
     for (const float side : {-1.0f, 1.0f}) {
       const EightPart along = hn::Mul(hn::Set(kEightTag, side), half);
       for (int axis = 0; axis < 3; ++axis) {
@@ -164,8 +162,8 @@ class PointTest {
   void Offer(RayNumber number, size_t first, const TestRaysOf<EightPart>& ray,
              const IntervalOf<EightPart>& interval, uint64_t meet, EightPart t,
              const EightPart* ng) const {
-    const auto within = hn::And(hn::Le(hn::Max(ray.tnear, hn::Zero(kEightTag)), t),
-                                hn::Le(t, ray.tfar));
+    const auto within =
+        hn::And(hn::Le(hn::Max(ray.tnear, hn::Zero(kEightTag)), t), hn::Le(t, ray.tfar));
     const uint64_t lanes = meet & Bits(kEightTag, within);
     if (lanes == 0) return;
     HWY_ALIGN float key[kPartLanes], distance[kPartLanes], normal[3][kPartLanes];

@@ -25,7 +25,8 @@ inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t mesh) 
   return !task.checks_masks || (ray.mask & task.scene.meshes[mesh].mask) != 0;
 }
 
-/// Shows `hit` to the filter function of a mesh, which may change it. Returns whether it accepts it.
+/// Shows `hit` to the filter function of a mesh, which may change it. Returns whether it accepts
+/// it.
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t mesh, FullHit& hit);
 
@@ -51,8 +52,8 @@ inline void SetHit(RayRecord& ray, float key, uint32_t flags, uint32_t hit) {
 }
 
 /// Whether `found`, of `mesh`, comes before the hit that the ray has, by name: by the numbers of
-/// what stands in the scene itself, then by those in the instance. Cells of one grid differ in u and
-/// v only.
+/// what stands in the scene itself, then by those in the instance. Cells of one grid differ in u
+/// and v only.
 bool ComesFirst(const TraceTask& task, RayNumber ray, const FullHit& found, uint32_t mesh);
 
 /// Offers a ray a candidate. The ray has it for its hit then, unless one that it has is closer, its

@@ -52,8 +52,8 @@ void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumbe
 
 /// What is not a facet; apart, so that the common way stays short.
 template <Query kQuery>
-HWY_NOINLINE void TestOddBlock(const TraceTask& task, const LeafBlock& block,
-                               const RayNumber* list, size_t count, ListMemory memory) {
+HWY_NOINLINE void TestOddBlock(const TraceTask& task, const LeafBlock& block, const RayNumber* list,
+                               size_t count, ListMemory memory) {
   switch (block.kind) {
     case LeafKind::kUser:
       return TestUserPrimitives<kQuery>(task, block, list, count);
@@ -87,8 +87,9 @@ HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
   alignas(64) std::byte blocks[kMostLeafBytes];
   for (size_t done = 0; done < most;) {
     const auto place = static_cast<uint32_t>(first + done);
-    const MadeLeaf made = MakeLeaf(task.scene.meshes, task.partition.order, place,
-                                   HWY_MIN(kLeafLanes, most - done), SharedVertices::kRepeat, blocks);
+    const MadeLeaf made =
+        MakeLeaf(task.scene.meshes, task.partition.order, place, HWY_MIN(kLeafLanes, most - done),
+                 SharedVertices::kRepeat, blocks);
     TestBlocks<kQuery>(task, ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks),
                        list, count, memory);
     if (made.is_whole) return;

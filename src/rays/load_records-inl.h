@@ -55,6 +55,53 @@ HWY_INLINE bool FinishRecord(RayRecord& ray) {
   return true;
 }
 
+/// Loads a ray from a record in the order of PacketComponent, and sets what is derived from it. An
+/// inactive ray gets a negative tfar.
+HWY_INLINE bool LoadRecord(const float* record, bool has_mask, RayRecord& ray) {
+  using enum PacketComponent;
+  const auto value = [&](PacketComponent component) {
+    return record[static_cast<size_t>(component)];
+  };
+#if HWY_TARGET != HWY_SCALAR
+  // By vectors: what is stored in parts cannot be loaded as a whole soon after.
+  static_assert(kCornerParts == 1);
+  const auto org = hn::LoadU(kCornerTag, record);
+  const auto dir = hn::LoadU(kCornerTag, record + static_cast<size_t>(kDirX));
+  const auto zero = hn::Zero(kCornerTag);
+  // x - x is 0 unless x is infinite or not a number.
+  const uint64_t finite =
+      Bits(kCornerTag, hn::And(hn::Eq(hn::Sub(org, org), zero), hn::Eq(hn::Sub(dir, dir), zero)));
+  hn::Store(org, kCornerTag, ray.org);
+  hn::Store(SafeReciprocal(dir), kCornerTag, ray.reciprocal);
+  hn::Store(dir, kCornerTag, ray.dir);
+  ray.tnear = value(kTnear);
+  ray.start = HWY_MAX(ray.tnear, 0.0f);
+  ray.tfar = value(kTfar);
+  ray.mask = UINT32_MAX;
+  if (has_mask) memcpy(&ray.mask, record + static_cast<size_t>(kMask), sizeof(ray.mask));
+  ray.time = value(kTime);
+  ray.state = RayRecord::kAtLimit;
+  if (HWY_LIKELY((finite & 7) == 7 && ray.tnear <= ray.tfar && ray.tfar >= 0.0f && ray.mask != 0)) {
+    return true;
+  }
+  ray.tfar = -1;
+  return false;
+#else
+  RecordLayout::ReadRecord(record, ray);
+  if (!has_mask) ray.mask = UINT32_MAX;
+  return FinishRecord(ray);
+#endif
+}
+
+/// A ray of a view, and what is derived from it.
+HWY_INLINE bool LoadRay(const RecordLayout& layout, size_t i, RayRecord& ray) {
+  if (HWY_LIKELY(layout.has_records())) {
+    return LoadRecord(layout.Record(i), layout.has_masks(), ray);
+  }
+  layout.Read(i, ray);
+  return FinishRecord(ray);
+}
+
 /// The rays of a piece, those of an octant of directions side by side.
 struct LoadedRays {
   static constexpr uint32_t kOctants = 8;
@@ -65,8 +112,8 @@ struct LoadedRays {
   size_t count = 0;                   ///< of active rays
 };
 
-/// Loads the active ones of rays `first` to `first + count` of the view; `callers` gets their numbers
-/// from `first` on.
+/// Loads the active ones of rays `first` to `first + count` of the view; `callers` gets their
+/// numbers from `first` on.
 ///
 /// The rays that meet in a list stand close together then, in a part of the memory that fits a
 /// cache.
@@ -84,8 +131,7 @@ inline LoadedRays LoadRecords(const RayView& view, size_t first, size_t count, R
     // Where it is inactive the next one takes its place.
     size_t& place = loaded.end[layout.ReadOctant(first + i)];
     RayRecord& ray = rays[place];
-    layout.Read(first + i, ray);
-    if (!FinishRecord(ray)) continue;
+    if (!LoadRay(layout, first + i, ray)) continue;
     callers[place++] = static_cast<uint32_t>(i);
     loaded.common_mask &= ray.mask;
     ++loaded.count;

@@ -14,8 +14,8 @@ struct InstanceMemory {
 
   RayRecord* rays;
   FullHit* hits;
-  uint32_t* callers;   ///< the numbers of the caller's rays in the piece
-  std::size_t count;   ///< rays that there is room for
+  uint32_t* callers;  ///< the numbers of the caller's rays in the piece
+  std::size_t count;  ///< rays that there is room for
 };
 
 /// Lists are stacked in [top, end).

@@ -2,6 +2,7 @@
 // they were loaded; the recursion hands on lists of their numbers.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -12,9 +13,9 @@ namespace dacrt {
 
 struct alignas(64) RayRecord {
   float org[3];
-  float start;  ///< max(tnear, 0): where the slab test begins
+  float start;          ///< max(tnear, 0): where the slab test begins
   float reciprocal[3];  ///< of dir, see SafeReciprocal
-  float tfar;  ///< shrinks as hits are found; -infinity once an any-hit ray is blocked
+  float tfar;           ///< shrinks as hits are found; -infinity once an any-hit ray is blocked
   float dir[3];
   float tnear;
   uint32_t mask;
@@ -28,11 +29,15 @@ struct alignas(64) RayRecord {
   /// The hit is known by leaf and lane; where and how is computed when it is asked for (see
   /// leaf/finish_hit-inl.h). Else it stands in the full hits.
   static constexpr uint32_t kInLeaf = 4;
+  /// With kInLeaf: it need not be computed, the lanes of the group have it (see
+  /// trace/group_lanes-inl.h).
+  static constexpr uint32_t kInLanes = 8;
   static constexpr uint32_t kLaneShift = 8;
 
   /// A bit for each axis on which the direction is negative.
   uint32_t Octant() const {
-    return (reciprocal[0] < 0) | (reciprocal[1] < 0) << 1 | (reciprocal[2] < 0) << 2;
+    const auto sign = [&](int axis) { return std::bit_cast<uint32_t>(reciprocal[axis]) >> 31; };
+    return sign(0) | sign(1) << 1 | sign(2) << 2;
   }
 };
 static_assert(sizeof(RayRecord) == 64);

@@ -27,12 +27,20 @@ class RecordLayout {
                    follows(view.dir_y, kDirY) && follows(view.dir_z, kDirZ) &&
                    follows(view.time, kTime) && follows(view.tfar, kTfar) &&
                    (follows(view.mask, kMask) || view.mask == RayView::kAbsent);
-    has_hit_records_ =
-        has_records_ && follows(view.ng_x, kNgX) && follows(view.ng_y, kNgY) &&
-        follows(view.ng_z, kNgZ) && follows(view.u, kU) && follows(view.v, kV) &&
-        follows(view.primitive_id, kPrimitiveId) && follows(view.geometry_id, kGeometryId) &&
-        follows(view.instance_id, kInstanceId);
+    has_hit_records_ = has_records_ && follows(view.ng_x, kNgX) && follows(view.ng_y, kNgY) &&
+                       follows(view.ng_z, kNgZ) && follows(view.u, kU) && follows(view.v, kV) &&
+                       follows(view.primitive_id, kPrimitiveId) &&
+                       follows(view.geometry_id, kGeometryId) &&
+                       follows(view.instance_id, kInstanceId);
   }
+
+  /// Whether rays are records in the order of PacketComponent.
+  bool has_records() const { return has_records_; }
+  /// The record of a ray, then.
+  const float* Record(std::size_t i) const {
+    return reinterpret_cast<const float*>(view_.Address(view_.org_x, i));
+  }
+  bool has_masks() const { return view_.mask != RayView::kAbsent; }
 
   /// A bit for each axis on which the direction is negative.
   uint32_t ReadOctant(std::size_t i) const {
@@ -42,14 +50,24 @@ class RecordLayout {
     return sign(view_.dir_x) | sign(view_.dir_y) << 1 | sign(view_.dir_z) << 2;
   }
 
-  /// Reads what a record is made of.
-  void Read(std::size_t i, RayRecord& ray) const {
+  /// Reads origin and direction.
+  void ReadLine(std::size_t i, float* line) const {
     if (has_records_) {
-      const auto* const record = reinterpret_cast<const float*>(view_.Address(view_.org_x, i));
-      ReadRecord(record, ray);
-      if (view_.mask == RayView::kAbsent) ray.mask = UINT32_MAX;
+      std::memcpy(line, Record(i), 3 * sizeof(float));
+      std::memcpy(line + 3, Record(i) + static_cast<std::size_t>(PacketComponent::kDirX),
+                  3 * sizeof(float));
       return;
     }
+    line[0] = Read(view_.org_x, i, 0.0f);
+    line[1] = Read(view_.org_y, i, 0.0f);
+    line[2] = Read(view_.org_z, i, 0.0f);
+    line[3] = Read(view_.dir_x, i, 0.0f);
+    line[4] = Read(view_.dir_y, i, 0.0f);
+    line[5] = Read(view_.dir_z, i, 0.0f);
+  }
+
+  /// Reads what the engine's record of a ray is made of, component by component.
+  void Read(std::size_t i, RayRecord& ray) const {
     ray.org[0] = Read(view_.org_x, i, 0.0f);
     ray.org[1] = Read(view_.org_y, i, 0.0f);
     ray.org[2] = Read(view_.org_z, i, 0.0f);
@@ -73,29 +91,6 @@ class RecordLayout {
     std::memcpy(&ray.mask, record + static_cast<std::size_t>(kMask), sizeof(ray.mask));
   }
 
-  /// A lane of a packet.
-  static void ReadLane(const RayPacket& packet, uint32_t lane, RayRecord& ray) {
-    using enum PacketComponent;
-    const float* const values = static_cast<const float*>(packet.values) + lane;
-    const auto read = [&](PacketComponent component) {
-      return values[static_cast<std::size_t>(component) * packet.lanes];
-    };
-    ray.org[0] = read(kOrgX);
-    ray.org[1] = read(kOrgY);
-    ray.org[2] = read(kOrgZ);
-    ray.tnear = read(kTnear);
-    ray.dir[0] = read(kDirX);
-    ray.dir[1] = read(kDirY);
-    ray.dir[2] = read(kDirZ);
-    ray.time = read(kTime);
-    ray.tfar = read(kTfar);
-    ray.mask = UINT32_MAX;
-    if (packet.has_masks) {
-      std::memcpy(&ray.mask, values + static_cast<std::size_t>(kMask) * packet.lanes,
-                  sizeof(ray.mask));
-    }
-  }
-
   static void WriteBlocked(const RayPacket& packet, uint32_t lane) {
     WriteTFar(packet, lane, -std::numeric_limits<float>::infinity());
   }
@@ -117,18 +112,9 @@ class RecordLayout {
 
   void WriteHit(std::size_t i, const FullHit& hit) const {
     if (has_hit_records_) {
-      WriteRecord(hit, reinterpret_cast<float*>(view_.Address(view_.org_x, i)));
-      return;
+      return WriteRecord(hit, reinterpret_cast<float*>(view_.Address(view_.org_x, i)));
     }
-    Write(view_.tfar, i, hit.t);
-    Write(view_.ng_x, i, hit.ng[0]);
-    Write(view_.ng_y, i, hit.ng[1]);
-    Write(view_.ng_z, i, hit.ng[2]);
-    Write(view_.u, i, hit.u);
-    Write(view_.v, i, hit.v);
-    Write(view_.primitive_id, i, hit.primitive_id);
-    Write(view_.geometry_id, i, hit.geometry_id);
-    Write(view_.instance_id, i, hit.instance_id);
+    WriteComponents(i, hit);
   }
 
   /// To a record in the order of PacketComponent.
@@ -141,6 +127,18 @@ class RecordLayout {
   }
 
  private:
+  void WriteComponents(std::size_t i, const FullHit& hit) const {
+    Write(view_.tfar, i, hit.t);
+    Write(view_.ng_x, i, hit.ng[0]);
+    Write(view_.ng_y, i, hit.ng[1]);
+    Write(view_.ng_z, i, hit.ng[2]);
+    Write(view_.u, i, hit.u);
+    Write(view_.v, i, hit.v);
+    Write(view_.primitive_id, i, hit.primitive_id);
+    Write(view_.geometry_id, i, hit.geometry_id);
+    Write(view_.instance_id, i, hit.instance_id);
+  }
+
   static void WriteTFar(const RayPacket& packet, uint32_t lane, float tfar) {
     static_cast<float*>(
         packet.values)[static_cast<std::size_t>(PacketComponent::kTfar) * packet.lanes + lane] =

@@ -32,11 +32,10 @@ HWY_INLINE void OrderChildren(const ChildPlanes& planes, const RayRecord* rays,
       const IntervalOf<EightPart> interval =
           IntersectPlanes(planes.near[part], planes.far[part], slab_ray.org, slab_ray.reciprocal);
       const EightPart entry = hn::Max(interval.entry, slab_ray.start);
-      const auto misses =
-          hn::Gt(entry, hn::Min(interval.exit, hn::Set(kEightTag, ray.tfar)));
+      const auto misses = hn::Gt(entry, hn::Min(interval.exit, hn::Set(kEightTag, ray.tfar)));
       // An exit that lies before the entry says how far beside the ray a child lies.
-      const EightPart far = hn::Mul(hn::Max(entry, hn::Abs(interval.exit)),
-                                    hn::Set(kEightTag, 4.0f));
+      const EightPart far =
+          hn::Mul(hn::Max(entry, hn::Abs(interval.exit)), hn::Set(kEightTag, 4.0f));
       sum[part] = hn::Add(sum[part], hn::IfThenElse(misses, far, entry));
     }
   }
@@ -52,9 +51,9 @@ HWY_INLINE void OrderChildren(const ChildPlanes& planes, const RayRecord* rays,
     for (size_t other = 0; other < WideNode::kWidth; ++other) {
       const EightPart key = hn::Set(kEightTag, keys[other]);
       const auto place = hn::Set(di, static_cast<int32_t>(other));
-      const auto before = hn::Or(
-          hn::RebindMask(di, hn::Lt(key, sum[part])),
-          hn::And(hn::RebindMask(di, hn::Eq(key, sum[part])), hn::Lt(place, own)));
+      const auto before =
+          hn::Or(hn::RebindMask(di, hn::Lt(key, sum[part])),
+                 hn::And(hn::RebindMask(di, hn::Eq(key, sum[part])), hn::Lt(place, own)));
       rank = hn::Sub(rank, hn::VecFromMask(di, before));
     }
     hn::Store(rank, di, ranks + part * kPartLanes);

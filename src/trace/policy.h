@@ -10,11 +10,20 @@ namespace dacrt::policy {
 /// Rays up to which each of a list goes its own way.
 inline constexpr std::size_t kFewRays = 3;
 
-/// Groups that are looked at to see whether rays run close together, and how far their directions
-/// may differ, relative to the longest component, and their origins, relative to the scene.
+/// Groups of a call that are looked at to see whether its rays run close together, and how far the
+/// directions of a group may differ, relative to the longest component, and its origins, relative
+/// to the scene.
 inline constexpr std::size_t kCoherenceLooks = 16;
-inline constexpr float kNarrowDirections = 0.1f;
+inline constexpr float kNarrowDirections = 0.15f;
 inline constexpr float kNarrowOrigins = 0.02f;
+
+/// The same for a group that has been made: beyond, each ray goes its own way.
+inline constexpr float kGroupDirections = 0.8f;
+inline constexpr float kGroupOrigins = 0.1f;
+
+/// The ratio of the reciprocals of a group's directions up to which its interval alone decides
+/// about inner nodes.
+inline constexpr float kTightReciprocals = 2;
 
 /// Rays of a list of `rays` that are asked for the order of a node's children: the order costs a
 /// short list as much as the test of its rays.

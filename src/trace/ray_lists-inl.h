@@ -1,5 +1,5 @@
-// Lists of ray numbers: from a node's list and a byte of masks for each ray, which says which of the
-// eight children it enters, to the list of a child.
+// Lists of ray numbers: from a node's list and a byte of masks for each ray, which says which of
+// the eight children it enters, to the list of a child.
 
 #if defined(DACRT_TRACE_RAY_LISTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_RAY_LISTS_INL_H_
@@ -55,8 +55,7 @@ HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* 
     uint64_t bytes;
     memcpy(&bytes, masks + i, sizeof(bytes));
     // The multiplication gathers the lowest bits of the bytes in the highest byte.
-    const uint64_t bits =
-        ((bytes >> child & 0x0101010101010101u) * 0x0102040810204080u) >> 56;
+    const uint64_t bits = ((bytes >> child & 0x0101010101010101u) * 0x0102040810204080u) >> 56;
     const auto numbers = hn::BitCast(d8, hn::LoadU(d, list + i));
     const auto moved = hn::TableLookupBytes(numbers, hn::Load(d8, kCompressTable.bytes[bits]));
     hn::StoreU(hn::BitCast(d, moved), d, out + filtered);

@@ -21,9 +21,7 @@ struct StackMemory {
   uint32_t callers[kInstanceRays];
   alignas(64) std::byte lists[kLevels * ListBytes(kRays)];
 
-  InstanceMemory ForInstances() {
-    return {instance_rays, instance_hits, callers, kInstanceRays};
-  }
+  InstanceMemory ForInstances() { return {instance_rays, instance_hits, callers, kInstanceRays}; }
   ListMemory Lists() { return {lists, lists + sizeof(lists)}; }
 };
 

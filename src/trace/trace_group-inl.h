@@ -1,5 +1,5 @@
-// A group of up to 16 neighbouring rays in the lanes of vectors, each still looking or not by a lane
-// mask: for rays that run close together, which enter the same children.
+// A group of up to 16 neighbouring rays in the lanes of vectors, each still looking or not by a
+// lane mask: for rays that run close together, which enter the same children.
 //
 // Wald, Slusallek, Benthin, Wagner, "Interactive rendering with coherent ray tracing", Eurographics
 // 2001; intervals over a group that leave out children for all of its rays at once: Reshetov,
@@ -15,111 +15,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "trace/group_lanes-inl.h"
 #include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
-
-constexpr size_t kGroupRays = 16;
-/// Vectors that hold a group.
-constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
-
-/// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
-/// one.
-struct GroupLanes {
-  HWY_ALIGN float org[3][kGroupRays];
-  HWY_ALIGN float reciprocal[3][kGroupRays];
-  HWY_ALIGN float dir[3][kGroupRays];
-  HWY_ALIGN float start[kGroupRays];
-  HWY_ALIGN float tnear[kGroupRays];
-  HWY_ALIGN float tfar[kGroupRays];
-  HWY_ALIGN uint32_t state[kGroupRays];
-  HWY_ALIGN uint32_t hit[kGroupRays];
-
-  void Load(size_t lane, const RayRecord& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-      org[axis][lane] = ray.org[axis];
-      reciprocal[axis][lane] = ray.reciprocal[axis];
-      dir[axis][lane] = ray.dir[axis];
-    }
-    start[lane] = ray.start;
-    tnear[lane] = ray.tnear;
-    LoadHit(lane, ray);
-  }
-  void LoadHit(size_t lane, const RayRecord& ray) {
-    tfar[lane] = ray.tfar;
-    state[lane] = ray.state;
-    hit[lane] = ray.hit;
-  }
-  void StoreHit(size_t lane, RayRecord& ray) const {
-    ray.tfar = tfar[lane];
-    ray.state = state[lane];
-    ray.hit = hit[lane];
-  }
-
-  HWY_INLINE void LoadPart(size_t part, V* o, V* r) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      o[axis] = hn::Load(kFloat, org[axis] + part * Lanes());
-      r[axis] = hn::Load(kFloat, reciprocal[axis] + part * Lanes());
-    }
-  }
-};
-
-/// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and
-/// the largest origin and length of the reciprocal, with their sign.
-struct GroupInterval {
-  EightPart org_for_near[3], org_for_far[3];  ///< of which the distance is least, and largest
-  EightPart least[3], most[3];                ///< of the reciprocals, signed
-  EightPart start;
-
-  HWY_INLINE GroupInterval(const GroupLanes& lanes, uint32_t octant) {
-    const auto bound = [&](const float* values, float& low, float& high) HWY_ATTR {
-      V v_low = hn::Load(kFloat, values), v_high = v_low;
-      for (size_t part = 1; part < kGroupParts; ++part) {
-        const V v = hn::Load(kFloat, values + part * Lanes());
-        v_low = hn::Min(v_low, v);
-        v_high = hn::Max(v_high, v);
-      }
-      low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
-      high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
-    };
-    float low, high;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool negative = (octant >> axis) & 1;
-      bound(lanes.org[axis], low, high);
-      org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
-      org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
-      bound(lanes.reciprocal[axis], low, high);
-      least[axis] = hn::Set(kEightTag, low);
-      most[axis] = hn::Set(kEightTag, high);
-    }
-    bound(lanes.start, low, high);
-    start = hn::Set(kEightTag, low);
-  }
-
-  /// The children that a ray of the group may enter, a bit each; entry[i] is not above where any of
-  /// them does.
-  HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, float tfar, float* entry) const {
-    uint32_t entered = 0;
-    for (size_t part = 0; part < kParts; ++part) {
-      EightPart near = start, far = hn::Set(kEightTag, tfar);
-      for (int axis = 0; axis < 3; ++axis) {
-        const EightPart to_near = hn::Sub(planes.near[part][axis], org_for_near[axis]);
-        const EightPart to_far = hn::Sub(planes.far[part][axis], org_for_far[axis]);
-        near = hn::Max(near, hn::Mul(hn::Min(hn::Mul(to_near, least[axis]),
-                                             hn::Mul(to_near, most[axis])),
-                                     hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
-        far = hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]),
-                                           hn::Mul(to_far, most[axis])),
-                                   hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
-      }
-      entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far))) << (part * kPartLanes);
-      hn::Store(near, kEightTag, entry + part * kPartLanes);
-    }
-    return entered;
-  }
-};
 
 /// The triangles of a leaf, to be broadcast one after the other.
 struct BroadcastTriangles {
@@ -166,20 +67,49 @@ struct BroadcastTriangles {
 template <Query kQuery>
 class GroupTracer {
  public:
-  explicit GroupTracer(const TraceTask& task)
+  GroupTracer(const TraceTask& task, GroupLanes& lanes)
       : task_(task),
+        lanes_(lanes),
         tests_in_lanes_(task.keeps_leaf_hits && !task.checks_masks &&
                         !task.scene.meshes.shapes().robust()) {}
 
-  /// The rays `numbers[0]` to `numbers[count - 1]`, at most kGroupRays, which run in one octant.
-  void Trace(ChildWord root, uint32_t octant, const RayNumber* numbers, size_t count,
-             ListMemory memory) {
+  /// The rays of some lanes, which the caller has loaded. One that needs a record of its own gets
+  /// task.rays[lane].
+  void TraceLanes(ChildWord root, uint32_t active, ListMemory memory) {
+    numbers_ = kLanes;
+    with_record_ = 0;
+    const Box& bounds = task_.scene.bounds;
+    float reach = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      reach = HWY_MAX(reach, bounds.upper[axis] - bounds.lower[axis]);
+    }
+    while (active != 0) {
+      uint32_t octant;
+      const uint32_t lanes = lanes_.LanesOfOctant(active, octant);
+      active &= ~lanes;
+      if (hwy::PopCount(lanes) <= policy::kFewRays || !lanes_.AreNarrow(lanes, reach)) {
+        ForEachLane(lanes, [&](size_t lane) { TraceAlone(root, lane, memory); });
+      } else {
+        Walk(root, octant, lanes, memory);
+      }
+    }
+  }
+
+  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kGroupRays, which run in
+  /// one octant.
+  void TraceRecords(ChildWord root, uint32_t octant, const RayNumber* numbers, size_t count,
+                    ListMemory memory) {
     numbers_ = numbers;
+    with_record_ = UINT32_MAX;
     for (size_t lane = 0; lane < kGroupRays; ++lane) {
       lanes_.Load(lane, task_.rays[numbers[lane < count ? lane : 0]]);
     }
     Walk(root, octant, (1u << count) - 1, memory);
-    for (size_t lane = 0; lane < count; ++lane) lanes_.StoreHit(lane, task_.rays[numbers[lane]]);
+    for (size_t lane = 0; lane < count; ++lane) {
+      RayRecord& ray = task_.rays[numbers[lane]];
+      lanes_.StoreHit(lane, ray);
+      ray.state &= ~RayRecord::kInLanes;
+    }
   }
 
  private:
@@ -190,14 +120,17 @@ class GroupTracer {
     uint32_t lanes;
   };
   static constexpr size_t kMostOpen = 256;
+  static constexpr RayNumber kLanes[kGroupRays] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                   8, 9, 10, 11, 12, 13, 14, 15};
 
   void Walk(ChildWord child, uint32_t octant, uint32_t active, ListMemory memory) {
-    const PlaneOffsets offsets(octant);
-    const GroupInterval interval(lanes_, octant);
+    const PlaneOffsets& offsets = kPlaneOffsets[octant];
+    const GroupInterval interval(lanes_, active, octant);
     Open open[kMostOpen];
     size_t count = 0;
     for (;;) {
-      if (hwy::PopCount(active) <= policy::kFewRays ||
+      const size_t few = child.IsLeaf() ? 1 : policy::kFewRays;
+      if (hwy::PopCount(active) <= few ||
           HWY_UNLIKELY(child.IsSubset() || count + WideNode::kWidth > kMostOpen)) {
         ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
       } else if (child.IsLeaf()) {
@@ -237,10 +170,12 @@ class GroupTracer {
     return lanes & static_cast<uint32_t>(within);
   }
 
-  HWY_INLINE float LargestTFar() const {
-    V largest = hn::Load(kFloat, lanes_.tfar);
-    for (size_t part = 1; part < kGroupParts; ++part) {
-      largest = hn::Max(largest, hn::Load(kFloat, lanes_.tfar + part * Lanes()));
+  HWY_INLINE float LargestTFar(uint32_t lanes) const {
+    V largest = hn::Zero(kFloat);
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      largest =
+          hn::Max(largest, hn::IfThenElseZero(MaskOf(lanes >> (part * Lanes())),
+                                              hn::Load(kFloat, lanes_.tfar + part * Lanes())));
     }
     return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
   }
@@ -253,7 +188,7 @@ class GroupTracer {
     HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
     const ChildPlanes planes(node, offsets);
     const uint32_t entered =
-        interval.EnterChildren(planes, LargestTFar(), entry) & node.UsedChildren();
+        interval.EnterChildren(planes, LargestTFar(active), entry) & node.UsedChildren();
     if (entered == 0) return;
     for (int axis = 0; axis < 3; ++axis) {
       for (size_t part = 0; part < kParts; ++part) {
@@ -262,6 +197,11 @@ class GroupTracer {
       }
     }
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
+      if (interval.is_tight && node.Child(i).IsInner()) {
+        PrefetchChild(task_.partition, node.Child(i));
+        open[count++] = {entry[i], node.Child(i).bits(), active};
+        return;
+      }
       uint64_t lanes = 0;
       V near_planes[3], far_planes[3];
       for (int axis = 0; axis < 3; ++axis) {
@@ -284,19 +224,30 @@ class GroupTracer {
     });
   }
 
-  void TraceAlone(ChildWord child, size_t lane, ListMemory memory) {
+  /// The record of the ray in a lane, as it stands now.
+  RayRecord& RecordOf(size_t lane) {
     RayRecord& ray = task_.rays[numbers_[lane]];
-    lanes_.StoreHit(lane, ray);
+    if (with_record_ >> lane & 1) {
+      lanes_.StoreHit(lane, ray);
+    } else {
+      lanes_.Store(lane, ray);
+      with_record_ |= 1u << lane;
+    }
+    return ray;
+  }
+
+  void TraceAlone(ChildWord child, size_t lane, ListMemory memory) {
+    const RayRecord& ray = RecordOf(lane);
     OneTracer<kQuery>(task_).Trace(child, numbers_[lane], memory);
     lanes_.LoadHit(lane, ray);
   }
 
   void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory) {
     const LeafBlock* const block =
-        leaf.IsBlock() ? reinterpret_cast<const LeafBlock*>(
-                             task_.partition.leaves +
-                             size_t{leaf.block()} * KeptPartition::kLeafUnit)
-                       : nullptr;
+        leaf.IsBlock()
+            ? reinterpret_cast<const LeafBlock*>(task_.partition.leaves +
+                                                 size_t{leaf.block()} * KeptPartition::kLeafUnit)
+            : nullptr;
     if (HWY_LIKELY(tests_in_lanes_ && block && block->kind == LeafKind::kFacets &&
                    !block->is_timed && block->is_last)) {
       return TestInLanes(leaf, *block, active);
@@ -304,7 +255,7 @@ class GroupTracer {
     RayNumber list[kGroupRays];
     size_t count = 0;
     ForEachLane(active, [&](size_t lane) {
-      lanes_.StoreHit(lane, task_.rays[numbers_[lane]]);
+      RecordOf(lane);
       list[count++] = numbers_[lane];
     });
     TestLeaf<kQuery>(task_, leaf, list, count, memory);
@@ -335,27 +286,37 @@ class GroupTracer {
         const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
         meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
         if (hn::AllFalse(kFloat, meet)) continue;
-        TakeLanes(leaf, block, i, first, rays, meet, t, terms.den, interval.entry, lanes);
+        TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
         if (kQuery == Query::kAny && lanes == 0) break;
       }
     }
   }
 
   HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
-                            TestRays& rays, M meet, V t, V den, V entry, uint32_t& lanes) {
-    const M within = IsWithinLimit(rays, t, den);
+                            TestRays& rays, const TestTriangles& triangle,
+                            const PairTermsOf<V>& terms, M meet, V t, V entry, uint32_t& lanes) {
+    const M within = IsWithinLimit(rays, t, terms.den);
     if constexpr (kQuery == Query::kAny) {
       meet = hn::And(meet, within);
-      rays.tfar = hn::IfThenElse(
-          meet, hn::Set(kFloat, -std::numeric_limits<float>::infinity()), rays.tfar);
+      rays.tfar =
+          hn::IfThenElse(meet, hn::Set(kFloat, -std::numeric_limits<float>::infinity()), rays.tfar);
       hn::Store(rays.tfar, kFloat, lanes_.tfar + first);
       lanes &= ~static_cast<uint32_t>(Bits(meet));
       return;
     }
-    const V key = hn::Max(hn::Div(t, den), entry);
+    const V distance = hn::Div(t, terms.den);
+    const V key = hn::Max(distance, entry);
     const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
-    const auto state = hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf |
-                                          static_cast<uint32_t>(i << RayRecord::kLaneShift));
+    const auto keep = [&](V v, float* values)
+                          HWY_ATTR { hn::BlendedStore(v, closer, kFloat, values + first); };
+    keep(distance, lanes_.t);
+    keep(terms.u, lanes_.u);
+    keep(terms.v, lanes_.v);
+    keep(terms.den, lanes_.den);
+    for (int axis = 0; axis < 3; ++axis) keep(triangle.ng[axis], lanes_.ng[axis]);
+    const auto state =
+        hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
+                           static_cast<uint32_t>(i << RayRecord::kLaneShift));
     const auto closer_too = hn::RebindMask(kUint, closer);
     hn::Store(hn::IfThenElse(closer_too, state, hn::Load(kUint, lanes_.state + first)), kUint,
               lanes_.state + first);
@@ -371,8 +332,7 @@ class GroupTracer {
       const uint64_t limits = Bits(within);
       ForEachLane(equal, [&](size_t lane) {
         const RayNumber number = numbers_[first + lane];
-        RayRecord& ray = task_.rays[number];
-        lanes_.StoreHit(first + lane, ray);
+        const RayRecord& ray = RecordOf(first + lane);
         FacetTest<kQuery, false>(task_, leaf, block)
             .TakeInLeaf(number, keys[lane], (limits >> lane) & 1, i);
         lanes_.LoadHit(first + lane, ray);
@@ -382,9 +342,10 @@ class GroupTracer {
   }
 
   const TraceTask& task_;
+  GroupLanes& lanes_;
   const bool tests_in_lanes_;
-  const RayNumber* numbers_ = nullptr;
-  GroupLanes lanes_;
+  const RayNumber* numbers_ = kLanes;  ///< of the records of the rays in the lanes
+  uint32_t with_record_ = 0;           ///< lanes whose records hold the ray
 };
 
 }  // namespace HWY_NAMESPACE

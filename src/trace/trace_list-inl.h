@@ -1,11 +1,11 @@
-// Divide-and-conquer ray tracing over the kept partition, on lists of ray numbers: nothing is copied
-// and nothing written back. All rays of a list run in the same octant of directions.
+// Divide-and-conquer ray tracing over the kept partition, on lists of ray numbers: nothing is
+// copied and nothing written back. All rays of a list run in the same octant of directions.
 //
 // Tsakok, "Faster incoherent rays: multi-BVH ray stream tracing", HPG 2009; Barringer,
 // Akenine-Möller, "Dynamic ray stream traversal", ACM TOG 33(4), 2014; Fuetterling, Lojewski,
-// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017. What is
-// different here: a byte of masks a ray and node is all that is kept, and the order of the children
-// is that of sample rays.
+// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017. What
+// is different here: a byte of masks a ray and node is all that is kept, and the order of the
+// children is that of sample rays.
 
 #if defined(DACRT_TRACE_TRACE_LIST_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_TRACE_LIST_INL_H_
@@ -43,8 +43,7 @@ class ListTracer {
     }
     if (HWY_UNLIKELY(child.IsSubset())) {
       const auto opened = OpenSubset<kQuery>(
-          task_, child.number(), list, count, memory,
-          [&](const TraceTask& own, ChildWord root) {
+          task_, child.number(), list, count, memory, [&](const TraceTask& own, ChildWord root) {
             ListTracer(own, offsets_).Trace(root, list, count, memory);
           });
       if (!opened) return;
@@ -54,8 +53,7 @@ class ListTracer {
   }
 
  private:
-  ListTracer(const TraceTask& task, const PlaneOffsets& offsets)
-      : task_(task), offsets_(offsets) {}
+  ListTracer(const TraceTask& task, const PlaneOffsets& offsets) : task_(task), offsets_(offsets) {}
 
   void VisitNode(WideNode& node, const RayNumber* list, size_t count, ListMemory memory) const {
     if (HWY_UNLIKELY(node.HasBareLeaves())) GiveLeavesGeometry(task_, node);
@@ -90,8 +88,7 @@ class ListTracer {
     for (size_t i = 0; i < count; ++i) {
       hwy::Prefetch(rays + list[i + policy::kFetchAhead]);  // which may be beyond the end
       const RayRecord& ray = rays[list[i]];
-      const uint32_t mask =
-          EnterChildren(planes, SlabRay(ray), ray.tfar, [](size_t, EightPart) {});
+      const uint32_t mask = EnterChildren(planes, SlabRay(ray), ray.tfar, [](size_t, EightPart) {});
       masks[i] = static_cast<uint8_t>(mask);
       any |= mask;
     }

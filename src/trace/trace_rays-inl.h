@@ -17,37 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Whether rays [begin, end), which run in one octant, run close together: by the directions and the
-/// origins of some groups of neighbours.
-inline bool AreCoherent(const TraceTask& task, size_t begin, size_t end) {
-  const Box& bounds = task.scene.bounds;
-  float reach = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    reach = HWY_MAX(reach, bounds.upper[axis] - bounds.lower[axis]);
-  }
-  const size_t groups = (end - begin) / kGroupRays;
-  const size_t looks = HWY_MIN(groups, policy::kCoherenceLooks);
-  size_t narrow = 0;
-  for (size_t look = 0; look < looks; ++look) {
-    const RayRecord* const rays = task.rays + begin + kGroupRays * (look * groups / looks);
-    float spread = 0, length = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      float low = rays[0].dir[axis], high = low, near = rays[0].org[axis], far = near;
-      for (size_t i = 1; i < kGroupRays; ++i) {
-        low = HWY_MIN(low, rays[i].dir[axis]);
-        high = HWY_MAX(high, rays[i].dir[axis]);
-        near = HWY_MIN(near, rays[i].org[axis]);
-        far = HWY_MAX(far, rays[i].org[axis]);
-      }
-      length = HWY_MAX(length, HWY_MAX(-low, high));
-      spread = HWY_MAX(spread, high - low);
-      if (far - near > policy::kNarrowOrigins * reach) spread = length = 1;
-    }
-    narrow += spread <= policy::kNarrowDirections * length;
-  }
-  return 2 * narrow > looks;
-}
-
 /// Rays [begin, end) of a task, which run in one octant.
 template <Query kQuery>
 void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t begin, size_t end,
@@ -62,13 +31,6 @@ void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t 
   RayNumber* const list = CutList<RayNumber>(memory, count + kListSlack);
   for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(begin + i);
   memset(list + count, 0, kListSlack * sizeof(RayNumber));
-  if (count >= kGroupRays && root.IsInner() && AreCoherent(task, begin, end)) {
-    for (size_t i = 0; i < count; i += kGroupRays) {
-      GroupTracer<kQuery>(task).Trace(root, octant, list + i, HWY_MIN(count - i, kGroupRays),
-                                      memory);
-    }
-    return;
-  }
   ListTracer<kQuery>(task, octant).Trace(root, list, count, memory);
 }
 
@@ -103,7 +65,8 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
   for (uint32_t octant = 0; octant < kOctants; ++octant) {
     const size_t rays = ends[octant] - begin;
     if (rays > policy::kFewRays && rays <= kGroupRays && count <= kGroupRays) {
-      GroupTracer<kQuery>(task).Trace(root, octant, list + begin, rays, memory);
+      GroupLanes lanes;
+      GroupTracer<kQuery>(task, lanes).TraceRecords(root, octant, list + begin, rays, memory);
     } else if (rays > 0) {
       ListTracer<kQuery>(task, octant).Trace(root, list + begin, rays, memory);
     }

@@ -47,9 +47,9 @@ struct TraceTask {
   InstanceMemory instance_memory;
   Statistics* statistics;  ///< null on the short way
   FinishHitFunction finish_hit;
-  uint32_t instance_id;                ///< what hits get
-  const uint32_t* callers = nullptr;   ///< numbers of the caller's rays; null: those of `rays`
-  const TraceTask* outer = nullptr;    ///< whose rays these are, in an instance or a part of it
+  uint32_t instance_id;                   ///< what hits get
+  const uint32_t* callers = nullptr;      ///< numbers of the caller's rays; null: those of `rays`
+  const TraceTask* outer = nullptr;       ///< whose rays these are, in an instance or a part of it
   const RayNumber* outer_rays = nullptr;  ///< their numbers there; null: the same
 
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }

@@ -22,8 +22,8 @@ namespace HWY_NAMESPACE {
 
 /// Rays against every triangle in [begin, begin + count) of the order.
 template <Query kQuery>
-void TestAll(const TraceTask& task, size_t begin, size_t count, const RayNumber* list,
-             size_t rays, ListMemory memory) {
+void TestAll(const TraceTask& task, size_t begin, size_t count, const RayNumber* list, size_t rays,
+             ListMemory memory) {
   // The order may be another one before hits are asked for.
   TestRange<kQuery>(task.Within(task.partition), static_cast<uint32_t>(begin), count, list, rays,
                     memory);
@@ -56,8 +56,8 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
   }
 }
 
-/// An instanced scene of which nothing is kept: its triangles are split some at a time, for the rays
-/// at hand. `trace(task, root)` traces them there.
+/// An instanced scene of which nothing is kept: its triangles are split some at a time, for the
+/// rays at hand. `trace(task, root)` traces them there.
 template <class Trace>
 void TraceUnkept(const TraceTask& task, const Trace& trace) {
   const SplitMemory::Use use(task.split_memory);

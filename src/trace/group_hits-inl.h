@@ -1,0 +1,135 @@
+// From the lanes of a group to the hits of its rays.
+
+#if defined(DACRT_TRACE_GROUP_HITS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_HITS_INL_H_
+#undef DACRT_TRACE_GROUP_HITS_INL_H_
+#else
+#define DACRT_TRACE_GROUP_HITS_INL_H_
+#endif
+
+#include "leaf/finish_hit-inl.h"
+#include "trace/group_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// The hits of a group, in the order of FullHit, as structure of arrays.
+struct GroupHits {
+  uint32_t lanes = 0;  ///< that have one, a bit each
+  HWY_ALIGN float ng[3][kGroupRays];
+  HWY_ALIGN float u[kGroupRays];
+  HWY_ALIGN float v[kGroupRays];
+  HWY_ALIGN uint32_t primitive_id[kGroupRays];
+  HWY_ALIGN uint32_t geometry_id[kGroupRays];
+  HWY_ALIGN uint32_t instance_id[kGroupRays];
+  HWY_ALIGN float t[kGroupRays];
+
+  /// Those of the active rays of a group.
+  GroupHits(const TraceTask& task, const GroupLanes& group, uint32_t active) {
+    for (size_t first = 0; first < kGroupRays; first += Lanes()) {
+      const V one = hn::Set(kFloat, 1.0f), den = hn::Load(kFloat, group.den + first);
+      const auto load = [&](const float* values)
+                            HWY_ATTR { return hn::Load(kFloat, values + first); };
+      hn::Store(hn::Min(hn::Div(load(group.u), den), one), kFloat, u + first);
+      hn::Store(hn::Min(hn::Div(load(group.v), den), one), kFloat, v + first);
+      hn::Store(load(group.t), kFloat, t + first);
+      for (int axis = 0; axis < 3; ++axis) {
+        hn::Store(load(group.ng[axis]), kFloat, ng[axis] + first);
+      }
+      hn::Store(hn::Set(kUint, task.instance_id), kUint, instance_id + first);
+    }
+    FinishedHits finished(task);
+    const auto finish = [&]() HWY_ATTR {
+      finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR { Set(finished.number(i), hit); });
+    };
+    // Neighbours hit the same triangle.
+    uint32_t known_leaf = 0, known_state = 0;
+    MeshTable::Name name{};
+    uint32_t geometry = 0;
+    ForEachLane(active, [&](size_t lane) HWY_ATTR {
+      const uint32_t state = group.state[lane];
+      if (!(state & RayRecord::kHasHit)) return;
+      lanes |= 1u << lane;
+      if (HWY_UNLIKELY(!(state & RayRecord::kInLanes))) {
+        if (!(state & RayRecord::kInLeaf)) return Set(lane, task.hits[lane]);
+        finished.Add(static_cast<RayNumber>(lane));
+        if (finished.count() == FinishedHits::kMost) finish();
+        return;
+      }
+      if (group.hit[lane] != known_leaf || state != known_state) {
+        known_leaf = group.hit[lane];
+        known_state = state;
+        const LeafBlock& block = FacetsOf(task, ChildWord(known_leaf));
+        const size_t block_lane = state >> RayRecord::kLaneShift;
+        name = NameOfLane(task, block, block_lane);
+        geometry = task.scene.meshes[name.mesh].geometry_id;
+        const bool is_second = block.second >> block_lane & 1;
+        if (HWY_UNLIKELY(is_second ||
+                         task.scene.meshes.shapes()[name.mesh].shape == Shape::kGrids)) {
+          known_state = 0;
+          return Set(lane, HitOfLane(task, name, is_second, t[lane], u[lane], v[lane], ng[0][lane],
+                                     ng[1][lane], ng[2][lane]));
+        }
+      }
+      primitive_id[lane] = name.primitive;
+      geometry_id[lane] = geometry;
+    });
+    if (finished.count() > 0) finish();
+  }
+
+  FullHit Get(size_t lane) const {
+    return {{ng[0][lane], ng[1][lane], ng[2][lane]},
+            u[lane],
+            v[lane],
+            primitive_id[lane],
+            geometry_id[lane],
+            instance_id[lane],
+            t[lane]};
+  }
+
+  /// Writes them to the packet that the rays come from.
+  HWY_INLINE void Write(const RayPacket& packet) const {
+    using enum PacketComponent;
+    if (HWY_UNLIKELY(packet.lanes % 4 != 0)) {
+      ForEachLane(lanes, [&](size_t lane) {
+        RecordLayout::WriteLane(packet, static_cast<uint32_t>(lane), Get(lane));
+      });
+      return;
+    }
+    const auto write = [&](PacketComponent component, auto tag, const auto* from) HWY_ATTR {
+      using T = hn::TFromD<decltype(tag)>;
+      T* const to = static_cast<T*>(packet.values) + static_cast<size_t>(component) * packet.lanes;
+      for (size_t first = 0; first < packet.lanes; first += Lanes()) {
+        const auto mask = hn::RebindMask(tag, MaskOf(lanes >> first));
+        hn::BlendedStore(hn::Load(tag, from + first), mask, tag, to + first);
+      }
+    };
+    write(kTfar, kFloat, t);
+    write(kNgX, kFloat, ng[0]);
+    write(kNgY, kFloat, ng[1]);
+    write(kNgZ, kFloat, ng[2]);
+    write(kU, kFloat, u);
+    write(kV, kFloat, v);
+    write(kPrimitiveId, kUint, primitive_id);
+    write(kGeometryId, kUint, geometry_id);
+    write(kInstanceId, kUint, instance_id);
+  }
+
+ private:
+  void Set(size_t lane, const FullHit& hit) {
+    for (int axis = 0; axis < 3; ++axis) ng[axis][lane] = hit.ng[axis];
+    u[lane] = hit.u;
+    v[lane] = hit.v;
+    primitive_id[lane] = hit.primitive_id;
+    geometry_id[lane] = hit.geometry_id;
+    instance_id[lane] = hit.instance_id;
+    t[lane] = hit.t;
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_HITS_INL_H_

@@ -1,0 +1,324 @@
+// Up to 16 rays in the lanes of vectors.
+
+#if defined(DACRT_TRACE_GROUP_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_LANES_INL_H_
+#undef DACRT_TRACE_GROUP_LANES_INL_H_
+#else
+#define DACRT_TRACE_GROUP_LANES_INL_H_
+#endif
+
+#include <cmath>
+#include <cstring>
+
+#include "geometry/box.h"
+#include "geometry/wide_node-inl.h"
+#include "rays/load_records-inl.h"
+#include "trace/policy.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+constexpr size_t kGroupRays = 16;
+/// Vectors that hold a group.
+constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
+
+/// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
+/// one.
+struct GroupLanes {
+  HWY_ALIGN float org[3][kGroupRays];
+  HWY_ALIGN float reciprocal[3][kGroupRays];
+  HWY_ALIGN float dir[3][kGroupRays];
+  HWY_ALIGN float start[kGroupRays];
+  HWY_ALIGN float tnear[kGroupRays];
+  HWY_ALIGN float tfar[kGroupRays];
+  HWY_ALIGN float time[kGroupRays];
+  HWY_ALIGN uint32_t mask[kGroupRays];
+  HWY_ALIGN uint32_t state[kGroupRays];
+  HWY_ALIGN uint32_t hit[kGroupRays];
+
+  /// What the triangle test found for lanes whose state says RayRecord::kInLanes; of other hits it
+  /// is computed once more at the end.
+  HWY_ALIGN float t[kGroupRays];
+  HWY_ALIGN float u[kGroupRays];  ///< times den
+  HWY_ALIGN float v[kGroupRays];
+  HWY_ALIGN float den[kGroupRays];
+  HWY_ALIGN float ng[3][kGroupRays];
+
+  /// From the engine's record.
+  void Load(size_t lane, const RayRecord& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis][lane] = ray.org[axis];
+      reciprocal[axis][lane] = ray.reciprocal[axis];
+      dir[axis][lane] = ray.dir[axis];
+    }
+    start[lane] = ray.start;
+    tnear[lane] = ray.tnear;
+    LoadHit(lane, ray);
+  }
+  void LoadHit(size_t lane, const RayRecord& ray) {
+    tfar[lane] = ray.tfar;
+    state[lane] = ray.state;
+    hit[lane] = ray.hit;
+  }
+  void Store(size_t lane, RayRecord& ray) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      ray.org[axis] = org[axis][lane];
+      ray.reciprocal[axis] = reciprocal[axis][lane];
+      ray.dir[axis] = dir[axis][lane];
+    }
+    ray.start = start[lane];
+    ray.tnear = tnear[lane];
+    ray.time = time[lane];
+    ray.mask = mask[lane];
+    StoreHit(lane, ray);
+  }
+  void StoreHit(size_t lane, RayRecord& ray) const {
+    ray.tfar = tfar[lane];
+    ray.state = state[lane];
+    ray.hit = hit[lane];
+  }
+
+  /// From the lanes of a packet in the caller's memory. Returns which rays are active, a bit each.
+  HWY_INLINE uint32_t LoadPacket(const RayPacket& packet) {
+    switch (packet.lanes) {
+      case 16:
+        return LoadPacketOf<16>(packet);
+      case 8:
+        return LoadPacketOf<8>(packet);
+      case 4:
+        return LoadPacketOf<4>(packet);
+      default:
+        return LoadPacketOf<0>(packet);
+    }
+  }
+
+  /// From rays of a view, from `first` on.
+  HWY_INLINE uint32_t LoadView(const RecordLayout& layout, size_t first, size_t count) {
+    if (HWY_LIKELY(layout.has_records())) {
+      for (size_t lane = 0; lane < count; ++lane) {
+        LoadRecordLane(layout.Record(first + lane), layout.has_masks(), lane);
+      }
+    } else {
+      for (size_t lane = 0; lane < count; ++lane) {
+        RayRecord ray;
+        layout.Read(first + lane, ray);
+        for (int axis = 0; axis < 3; ++axis) {
+          org[axis][lane] = ray.org[axis];
+          dir[axis][lane] = ray.dir[axis];
+        }
+        tnear[lane] = ray.tnear;
+        tfar[lane] = ray.tfar;
+        time[lane] = ray.time;
+        mask[lane] = ray.mask;
+      }
+    }
+    return FinishLanes((1u << count) - 1);
+  }
+
+  HWY_INLINE void LoadPart(size_t part, V* o, V* r) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      o[axis] = hn::Load(kFloat, org[axis] + part * Lanes());
+      r[axis] = hn::Load(kFloat, reciprocal[axis] + part * Lanes());
+    }
+  }
+
+  /// Those of `lanes` whose directions run in the octant of the first of them, which is set.
+  HWY_INLINE uint32_t LanesOfOctant(uint32_t lanes, uint32_t& octant) const {
+    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes);
+    octant = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      uint64_t negative = 0;
+      for (size_t part = 0; part < kGroupParts; ++part) {
+        negative |=
+            Bits(hn::Lt(hn::Load(kFloat, reciprocal[axis] + part * Lanes()), hn::Zero(kFloat)))
+            << (part * Lanes());
+      }
+      const bool is_negative = (negative >> first) & 1;
+      octant |= static_cast<uint32_t>(is_negative) << axis;
+      lanes &= static_cast<uint32_t>(is_negative ? negative : ~negative);
+    }
+    return lanes;
+  }
+
+  /// The least and the largest of some lanes' values.
+  HWY_INLINE void Bound(const float* values, uint32_t lanes, float& low, float& high) const {
+    const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)]);
+    V v_low = other, v_high = other;
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
+                                 hn::Load(kFloat, values + part * Lanes()), other);
+      v_low = hn::Min(v_low, v);
+      v_high = hn::Max(v_high, v);
+    }
+    low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
+    high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
+  }
+
+  /// Bits that the masks of some lanes' rays have in common.
+  HWY_INLINE uint32_t CommonMask(uint32_t lanes) const {
+    uint32_t common = UINT32_MAX;
+    for (; lanes != 0; lanes &= lanes - 1) {
+      common &= mask[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)];
+    }
+    return common;
+  }
+
+  /// Those of some lanes whose any-hit rays are blocked.
+  HWY_INLINE uint32_t Blocked(uint32_t lanes) const {
+    uint64_t blocked = 0;
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      const V end = hn::Load(kFloat, tfar + part * Lanes());
+      blocked |= Bits(hn::Lt(end, hn::Zero(kFloat))) << (part * Lanes());
+    }
+    return lanes & static_cast<uint32_t>(blocked);
+  }
+
+  /// Whether some lanes' rays run close together in a scene of a certain extent.
+  HWY_INLINE bool AreNarrow(uint32_t lanes, float reach) const {
+    float spread = 0, length = 0, apart = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      float low, high;
+      Bound(dir[axis], lanes, low, high);
+      length = HWY_MAX(length, HWY_MAX(-low, high));
+      spread = HWY_MAX(spread, high - low);
+      Bound(org[axis], lanes, low, high);
+      apart = HWY_MAX(apart, high - low);
+    }
+    return spread <= policy::kGroupDirections * length && apart <= policy::kGroupOrigins * reach;
+  }
+
+ private:
+  HWY_INLINE void LoadRecordLane(const float* record, bool has_mask, size_t lane) {
+    using enum PacketComponent;
+    const auto read = [&](PacketComponent component) {
+      return record[static_cast<size_t>(component)];
+    };
+    org[0][lane] = read(kOrgX);
+    org[1][lane] = read(kOrgY);
+    org[2][lane] = read(kOrgZ);
+    tnear[lane] = read(kTnear);
+    dir[0][lane] = read(kDirX);
+    dir[1][lane] = read(kDirY);
+    dir[2][lane] = read(kDirZ);
+    time[lane] = read(kTime);
+    tfar[lane] = read(kTfar);
+    mask[lane] = UINT32_MAX;
+    if (has_mask) memcpy(&mask[lane], record + static_cast<size_t>(kMask), sizeof(uint32_t));
+  }
+
+  /// kCount is the packet's lanes, or 0 if that is not known.
+  template <size_t kCount>
+  HWY_INLINE uint32_t LoadPacketOf(const RayPacket& packet) {
+    using enum PacketComponent;
+    const size_t count = kCount ? kCount : packet.lanes;
+    const float* const values = static_cast<const float*>(packet.values);
+    const auto read = [&](PacketComponent component, void* to) {
+      memcpy(to, values + static_cast<size_t>(component) * count, count * sizeof(float));
+    };
+    read(kOrgX, org[0]);
+    read(kOrgY, org[1]);
+    read(kOrgZ, org[2]);
+    read(kTnear, tnear);
+    read(kDirX, dir[0]);
+    read(kDirY, dir[1]);
+    read(kDirZ, dir[2]);
+    read(kTime, time);
+    read(kTfar, tfar);
+    if (packet.has_masks) {
+      read(kMask, mask);
+    } else {
+      memset(mask, 0xFF, sizeof(mask));
+    }
+    uint32_t valid = (1u << count) - 1;
+    if (packet.valid) {
+      for (size_t lane = 0; lane < count; ++lane) {
+        valid &= ~(uint32_t{packet.valid[lane] != -1} << lane);
+      }
+    }
+    return FinishLanes(valid);
+  }
+
+  /// Sets what is derived from the values of lanes that hold a ray. Returns those that are active,
+  /// by the definition in RayView.
+  HWY_INLINE uint32_t FinishLanes(uint32_t lanes) {
+    uint64_t active = 0;
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      const size_t first = part * Lanes();
+      const V zero = hn::Zero(kFloat);
+      const V begin = hn::Load(kFloat, tnear + first), end = hn::Load(kFloat, tfar + first);
+      // x - x is 0 unless x is infinite or not a number.
+      M is_active = hn::And(hn::Le(begin, end), hn::Ge(end, zero));
+      for (int axis = 0; axis < 3; ++axis) {
+        const V o = hn::Load(kFloat, org[axis] + first), d = hn::Load(kFloat, dir[axis] + first);
+        is_active =
+            hn::And(is_active, hn::And(hn::Eq(hn::Sub(o, o), zero), hn::Eq(hn::Sub(d, d), zero)));
+        hn::Store(SafeReciprocal(d), kFloat, reciprocal[axis] + first);
+      }
+      const auto has_mask = hn::Ne(hn::Load(kUint, mask + first), hn::Zero(kUint));
+      is_active = hn::And(is_active, hn::RebindMask(kFloat, has_mask));
+      active |= Bits(is_active) << first;
+      hn::Store(hn::IfThenElse(is_active, end, hn::Set(kFloat, -1.0f)), kFloat, tfar + first);
+      hn::Store(hn::Max(begin, zero), kFloat, start + first);
+      hn::Store(hn::Set(kUint, uint32_t{RayRecord::kAtLimit}), kUint, state + first);
+    }
+    active &= lanes;
+    return static_cast<uint32_t>(active);
+  }
+};
+
+/// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and
+/// the largest origin and length of the reciprocal, with their sign.
+struct GroupInterval {
+  EightPart org_for_near[3], org_for_far[3];  ///< of which the distance is least, and largest
+  EightPart least[3], most[3];                ///< of the reciprocals, signed
+  EightPart start;
+  bool is_tight = true;  ///< hardly wider than the rays
+
+  /// Of the rays of some lanes.
+  HWY_INLINE GroupInterval(const GroupLanes& group, uint32_t lanes, uint32_t octant) {
+    const auto bound = [&](const float* values, float& low, float& high)
+                           HWY_ATTR { group.Bound(values, lanes, low, high); };
+    float low, high;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool negative = (octant >> axis) & 1;
+      bound(group.org[axis], low, high);
+      org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
+      org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
+      bound(group.reciprocal[axis], low, high);
+      is_tight &= HWY_MAX(-low, high) <= policy::kTightReciprocals * HWY_MAX(low, -high);
+      least[axis] = hn::Set(kEightTag, low);
+      most[axis] = hn::Set(kEightTag, high);
+    }
+    bound(group.start, low, high);
+    start = hn::Set(kEightTag, low);
+  }
+
+  /// The children that a ray of the group may enter, a bit each; entry[i] is not above where any of
+  /// them does.
+  HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, float tfar, float* entry) const {
+    uint32_t entered = 0;
+    for (size_t part = 0; part < kParts; ++part) {
+      EightPart near = start, far = hn::Set(kEightTag, tfar);
+      for (int axis = 0; axis < 3; ++axis) {
+        const EightPart to_near = hn::Sub(planes.near[part][axis], org_for_near[axis]);
+        const EightPart to_far = hn::Sub(planes.far[part][axis], org_for_far[axis]);
+        near = hn::Max(near,
+                       hn::Mul(hn::Min(hn::Mul(to_near, least[axis]), hn::Mul(to_near, most[axis])),
+                               hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
+        far =
+            hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]), hn::Mul(to_far, most[axis])),
+                                 hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
+      }
+      entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far))) << (part * kPartLanes);
+      hn::Store(near, kEightTag, entry + part * kPartLanes);
+    }
+    return entered;
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_LANES_INL_H_

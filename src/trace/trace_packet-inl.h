@@ -1,0 +1,104 @@
+// A packet or a single ray in the caller's memory.
+
+#if defined(DACRT_TRACE_TRACE_PACKET_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_TRACE_PACKET_INL_H_
+#undef DACRT_TRACE_TRACE_PACKET_INL_H_
+#else
+#define DACRT_TRACE_TRACE_PACKET_INL_H_
+#endif
+
+#include <optional>
+
+#include "leaf/finish_hit-inl.h"
+#include "rays/load_records-inl.h"
+#include "rays/packet_view.h"
+#include "trace/group_hits-inl.h"
+#include "trace/stack_memory.h"
+#include "trace/trace_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// One ray: a list of one.
+template <Query kQuery>
+void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
+                 WorkspacePool& pool) {
+  float* const record = static_cast<float*>(packet.values);
+  RayRecord ray;
+  if (packet.valid && *packet.valid != -1) return;
+  if (!LoadRecord(record, packet.has_masks, ray)) return;
+  FullHit hit;
+  RayRecord instance_ray;
+  FullHit instance_hit;
+  uint32_t caller;
+  std::optional<RayView> view;  // for callbacks
+  if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
+  const CallFrame frame{view ? &*view : nullptr, 0, options, packet.instance_value};
+  SplitMemory split_memory(pool);
+  const TraceTask task{scene,
+                       scene.partition(),
+                       &ray,
+                       &hit,
+                       !scene.meshes.AllAccept(ray.mask),
+                       !scene.meshes.shapes().has_filters(),
+                       frame,
+                       split_memory,
+                       {&instance_ray, &instance_hit, &caller, 1},
+                       nullptr,
+                       FinishHit,
+                       packet.instance_value};
+  LastFacets last;
+  OneTracer<kQuery>(task, kQuery == Query::kClosest ? &last : nullptr)
+      .Trace(scene.kept->root(), 0, ListMemory{});
+  if constexpr (kQuery == Query::kAny) {
+    if (ray.tfar < 0) {
+      record[static_cast<size_t>(PacketComponent::kTfar)] = -std::numeric_limits<float>::infinity();
+    }
+  } else {
+    if (!(ray.state & RayRecord::kHasHit)) return;
+    if (HWY_LIKELY(last.Has(ray))) return RecordLayout::WriteRecord(last.Hit(task, ray), record);
+    uint32_t mesh;
+    RecordLayout::WriteRecord(task.HitOf(0, mesh), record);
+  }
+}
+
+/// The lanes of a packet as one group.
+template <Query kQuery>
+void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
+                WorkspacePool& pool) {
+  GroupLanes lanes;
+  const uint32_t active = lanes.LoadPacket(packet);
+  if (active == 0) return;
+  StackMemory<kGroupRays> memory;
+  RayView view;
+  if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
+  const CallFrame frame{&view, 0, options, packet.instance_value};
+  SplitMemory split_memory(pool);
+  const TraceTask task{scene,
+                       scene.partition(),
+                       memory.rays,
+                       memory.hits,
+                       !scene.meshes.AllAccept(lanes.CommonMask(active)),
+                       !scene.meshes.shapes().has_filters(),
+                       frame,
+                       split_memory,
+                       memory.ForInstances(),
+                       nullptr,
+                       FinishHit,
+                       packet.instance_value};
+  GroupTracer<kQuery>(task, lanes).TraceLanes(scene.kept->root(), active, memory.Lists());
+  if constexpr (kQuery == Query::kAny) {
+    ForEachLane(lanes.Blocked(active), [&](size_t lane) {
+      RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
+    });
+  } else {
+    GroupHits(task, lanes, active).Write(packet);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_TRACE_PACKET_INL_H_

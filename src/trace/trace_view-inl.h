@@ -1,0 +1,170 @@
+// Rays of a view in the caller's memory.
+
+#if defined(DACRT_TRACE_TRACE_VIEW_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_TRACE_VIEW_INL_H_
+#undef DACRT_TRACE_TRACE_VIEW_INL_H_
+#else
+#define DACRT_TRACE_TRACE_VIEW_INL_H_
+#endif
+
+#include "leaf/finish_hit-inl.h"
+#include "rays/load_records-inl.h"
+#include "trace/group_hits-inl.h"
+#include "trace/trace_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Rays ahead of which the leaves are fetched that have been hit.
+constexpr size_t kFetchHits = 8;
+
+/// Writes what the loaded rays have found to the caller's records. Returns how many found
+/// something.
+template <Query kQuery>
+size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
+  const RecordLayout layout(*task.frame.view);
+  const auto caller_of = [&](size_t ray) { return task.frame.first + task.callers[ray]; };
+  FinishedHits finished(task);
+  size_t stored = 0;
+  const auto finish = [&]() HWY_ATTR {
+    finished.Finish([&](size_t i, const FullHit& hit)
+                        HWY_ATTR { layout.WriteHit(caller_of(finished.number(i)), hit); });
+  };
+  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
+    for (size_t i = loaded.begin[octant]; i < loaded.end[octant]; ++i) {
+      const RayRecord& ray = task.rays[i];
+      if constexpr (kQuery == Query::kAny) {
+        if (!(ray.tfar < 0)) continue;
+        layout.WriteBlocked(caller_of(i));
+      } else {
+        if (!(ray.state & RayRecord::kHasHit)) continue;
+        if (ray.state & RayRecord::kInLeaf) {
+          finished.Prefetch(task.rays[i + kFetchHits]);
+          finished.Add(static_cast<RayNumber>(i));
+          if (finished.count() == FinishedHits::kMost) finish();
+        } else {
+          layout.WriteHit(caller_of(i), task.hits[i]);
+        }
+      }
+      ++stored;
+    }
+  }
+  finish();
+  return stored;
+}
+
+/// Whether rays run close together: by the directions and the origins of some rays of some groups
+/// of neighbours.
+inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, const Box& bounds) {
+  float reach = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    reach = HWY_MAX(reach, bounds.upper[axis] - bounds.lower[axis]);
+  }
+  const size_t groups = count / kGroupRays;
+  const size_t looks = HWY_MIN(groups, policy::kCoherenceLooks);
+  size_t narrow = 0;
+  for (size_t look = 0; look < looks; ++look) {
+    const size_t begin = first + kGroupRays * (look * groups / looks);
+    float low[6], high[6];
+    for (size_t i = 0; i < kGroupRays; i += (kGroupRays - 1) / 3) {
+      float line[6];
+      layout.ReadLine(begin + i, line);
+      for (int part = 0; part < 6; ++part) {
+        low[part] = i == 0 ? line[part] : HWY_MIN(low[part], line[part]);
+        high[part] = i == 0 ? line[part] : HWY_MAX(high[part], line[part]);
+      }
+    }
+    float apart = 0, spread = 0, length = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      apart = HWY_MAX(apart, high[axis] - low[axis]);
+      spread = HWY_MAX(spread, high[3 + axis] - low[3 + axis]);
+      length = HWY_MAX(length, HWY_MAX(-low[3 + axis], high[3 + axis]));
+    }
+    narrow +=
+        apart <= policy::kNarrowOrigins * reach && spread <= policy::kNarrowDirections * length;
+  }
+  return 2 * narrow > looks;
+}
+
+/// Rays of the view as lists of numbers of records.
+template <Query kQuery>
+void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, uint32_t* callers,
+                  ListMemory lists) {
+  const LoadedRays loaded = LoadRecords(*task.frame.view, first, count, rays, callers);
+  if (task.statistics) task.statistics->rays += loaded.count;
+  if (loaded.count == 0) return;
+  task.checks_masks = !task.scene.meshes.AllAccept(loaded.common_mask);
+  TraceLoaded<kQuery>(task, loaded, lists);
+  const size_t stored = StoreRecords<kQuery>(task, loaded);
+  if (task.statistics) task.statistics->hits += stored;
+}
+
+/// The same for rays that run close together, a group of neighbours at a time.
+template <Query kQuery>
+void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* callers,
+                   ListMemory lists) {
+  const RecordLayout layout(*task.frame.view);
+  const ChildWord root = task.scene.kept->root();
+  for (size_t begin = 0; begin < count; begin += kGroupRays) {
+    GroupLanes lanes;
+    const uint32_t active =
+        lanes.LoadView(layout, first + begin, HWY_MIN(count - begin, kGroupRays));
+    if (active == 0) continue;
+    for (size_t lane = 0; lane < kGroupRays; ++lane) {
+      callers[lane] = static_cast<uint32_t>(begin + lane);
+    }
+    task.checks_masks = !task.scene.meshes.AllAccept(lanes.CommonMask(active));
+    GroupTracer<kQuery>(task, lanes).TraceLanes(root, active, lists);
+    const auto caller_of = [&](size_t lane) { return first + begin + lane; };
+    size_t hits = 0;
+    if constexpr (kQuery == Query::kAny) {
+      const uint32_t blocked = lanes.Blocked(active);
+      hits = hwy::PopCount(blocked);
+      ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(caller_of(lane)); });
+    } else {
+      const GroupHits found(task, lanes, active);
+      hits = hwy::PopCount(found.lanes);
+      ForEachLane(found.lanes,
+                  [&](size_t lane) { layout.WriteHit(caller_of(lane), found.Get(lane)); });
+    }
+    if (task.statistics) {
+      task.statistics->rays += hwy::PopCount(active);
+      task.statistics->hits += hits;
+    }
+  }
+}
+
+/// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack.
+template <Query kQuery>
+void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count,
+               const CallOptions& options, SplitMemory& split_memory, RayRecord* rays,
+               FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
+               ListMemory lists, Statistics* statistics) {
+  if (statistics) ++statistics->pieces;
+  const CallFrame frame{&view, first, options, view.instance_value};
+  TraceTask task{scene,
+                 scene.partition(),
+                 rays,
+                 hits,
+                 true,
+                 !scene.meshes.shapes().has_filters(),
+                 frame,
+                 split_memory,
+                 instance_memory,
+                 statistics,
+                 FinishHit,
+                 view.instance_value,
+                 callers};
+  if (count >= kGroupRays && AreCoherent(RecordLayout(view), first, count, scene.bounds)) {
+    TraceByGroups<kQuery>(task, first, count, callers, lists);
+  } else {
+    TraceByLists<kQuery>(task, first, count, rays, callers, lists);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_TRACE_VIEW_INL_H_
