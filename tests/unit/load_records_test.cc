@@ -11,7 +11,6 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include "rays/load_records-inl.h"
-#include "rays/packet_view.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -246,35 +245,6 @@ void SumsThatOverflow() {
   EXPECT_FALSE(is_loaded(unit::MakeRay({0, 0, 0}, {1, 0, 0}, 1, std::nextafter(1.0f, 0.0f))));
 }
 
-// A lane of a packet is read as a ray of the packet's view is, and written.
-void LanesOfPackets() {
-  Random random(3);
-  for (uint32_t lanes = 1; lanes <= 16; ++lanes) {
-    const auto rays = RandomRays(random, lanes);
-    FormedRays formed(rays, {lanes, false, false});
-    RayPacket packet;
-    packet.values = reinterpret_cast<void*>(formed.View().org_x);
-    packet.lanes = lanes;
-    for (const bool has_masks : {true, false}) {
-      packet.has_masks = has_masks;
-      const RayView view = ViewOf(packet);
-      ASSERT_EQ(view.count, lanes);
-      const RecordLayout layout(view);
-      for (uint32_t lane = 0; lane < lanes; ++lane) {
-        RayRecord by_lane{}, by_view{};
-        RecordLayout::ReadLane(packet, lane, by_lane);
-        layout.Read(lane, by_view);
-        ASSERT_EQ(memcmp(&by_lane, &by_view, sizeof(by_lane)), 0) << lane << " of " << lanes;
-        FullRay expected = rays[lane];
-        if (!has_masks) expected.Set(kMask, UINT32_MAX);
-        ASSERT_EQ(by_lane.mask, expected.Get<uint32_t>(kMask));
-        ASSERT_TRUE(SameFloat(by_lane.dir[2], expected.Get(kDirZ)));
-        ASSERT_EQ(layout.ReadOctant(lane), OctantOf(rays[lane]));
-      }
-    }
-  }
-}
-
 // What is written is the hit, to the ray it is for, in every form, and nothing beside it.
 void HitsGoToTheirRays() {
   Random random(4);
@@ -335,7 +305,6 @@ HWY_EXPORT_AND_TEST_P(LoadRecordsTest, EveryFormIsReadAlike);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, AbsentComponentsHaveTheirDefaults);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ComponentsMayStandAnywhere);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, SumsThatOverflow);
-HWY_EXPORT_AND_TEST_P(LoadRecordsTest, LanesOfPackets);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, HitsGoToTheirRays);
 
 }  // namespace dacrt

@@ -1,0 +1,242 @@
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "forms.h"
+#include "unit_test.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "group_lanes_test.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/tests/hwy_gtest.h>
+
+#include "rays/packet_view.h"
+#include "trace/enter_children-inl.h"
+#include "trace/group_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+using unit::FormedRays;
+using unit::FullRay;
+using unit::kInfinity;
+using unit::kNaN;
+using unit::Random;
+using unit::Ray;
+
+/// Rays of every kind, a part of them inactive.
+std::vector<FullRay> RandomRays(Random& random, size_t count) {
+  std::vector<FullRay> rays;
+  const float bad[] = {kNaN, kInfinity, -kInfinity};
+  for (size_t i = 0; i < count; ++i) {
+    Ray ray = unit::MakeRay(random.InCube(-2, 2), random.Direction());
+    ray.tnear = random.Uniform(-1, 1);
+    if (random.Below(3) == 0) ray.tfar = random.Uniform(0, 3);
+    if (random.Below(4) == 0) ray.dir[random.Below(3)] = random.Next() & 1 ? 0.0f : -0.0f;
+    ray.mask = static_cast<uint32_t>(random.Next()) | 0x100;
+    switch (random.Below(16)) {
+      case 0:
+        ray.tfar = bad[random.Below(3)];
+        break;
+      case 1:
+        ray.org[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 2:
+        ray.dir[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 3:
+        ray.tnear = bad[random.Below(3)];
+        break;
+      case 4:
+        ray.mask = 0;
+        break;
+    }
+    rays.push_back(unit::FullRayOf(ray));
+  }
+  return rays;
+}
+
+/// The lanes hold what the engine's records of the same rays hold.
+void ExpectLanes(const GroupLanes& group, uint32_t active, uint32_t valid, const RayView& view,
+                 size_t first, const std::string& what) {
+  const RecordLayout layout(view);
+  uint32_t common = UINT32_MAX;
+  for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+    if (!(valid >> lane & 1)) {
+      ASSERT_FALSE(active >> lane & 1) << what;
+      continue;
+    }
+    RayRecord expected{}, record{};
+    const bool is_active = LoadRay(layout, first + lane, expected);
+    ASSERT_EQ(active >> lane & 1, is_active) << what << " lane " << lane;
+    if (!is_active) {
+      ASSERT_LT(group.tfar[lane], 0) << what << " lane " << lane;
+      continue;
+    }
+    common &= expected.mask;
+    group.Store(lane, record);
+    record.hit = expected.hit;  // which means nothing yet
+    ASSERT_EQ(memcmp(&record, &expected, sizeof(record)), 0) << what << " lane " << lane;
+  }
+  ASSERT_EQ(group.CommonMask(active), common) << what;
+}
+
+// Also lanes that take no part, and packets of other sizes than the usual ones.
+void PacketsAreLoadedAsTheirViewIs() {
+  Random random(1);
+  for (int round = 0; round < 50; ++round) {
+    for (uint32_t lanes = 1; lanes <= kGroupRays; ++lanes) {
+      const auto rays = RandomRays(random, lanes);
+      FormedRays formed(rays, {lanes, false, false});
+      int32_t valid[kGroupRays];
+      uint32_t valid_bits = 0;
+      for (uint32_t lane = 0; lane < lanes; ++lane) {
+        valid[lane] = random.Below(4) == 0 ? static_cast<int32_t>(random.Below(3)) : -1;
+        valid_bits |= uint32_t{valid[lane] == -1} << lane;
+      }
+      RayPacket packet;
+      packet.values = reinterpret_cast<void*>(formed.View().org_x);
+      packet.lanes = lanes;
+      packet.valid = round % 2 == 0 ? valid : nullptr;
+      packet.has_masks = round % 3 != 0;
+      if (!packet.valid) valid_bits = (1u << lanes) - 1;
+      GroupLanes group;
+      const uint32_t active = group.LoadPacket(packet);
+      ExpectLanes(group, active, valid_bits, ViewOf(packet), 0, std::to_string(lanes));
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
+void RaysOfViewsAreLoaded() {
+  Random random(2);
+  for (const unit::Form& form : unit::AllForms()) {
+    const auto rays = RandomRays(random, 40);
+    FormedRays formed(rays, form);
+    const RayView view = formed.View();
+    for (size_t count = 1; count <= kGroupRays; ++count) {
+      const size_t first = random.Below(static_cast<uint32_t>(rays.size() - count + 1));
+      GroupLanes group;
+      const uint32_t active = group.LoadView(RecordLayout(view), first, count);
+      ExpectLanes(group, active, (1u << count) - 1, view, first, std::to_string(count));
+      if (testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
+// Every lane is in the set of one octant, and all of a set run there.
+void LanesOfAnOctant() {
+  Random random(3);
+  for (int round = 0; round < 200; ++round) {
+    const auto rays = RandomRays(random, kGroupRays);
+    FormedRays formed(rays, {1, false, false});
+    GroupLanes group;
+    const uint32_t active = group.LoadView(RecordLayout(formed.View()), 0, kGroupRays);
+    for (uint32_t rest = active; rest != 0;) {
+      uint32_t octant = 8;
+      const uint32_t lanes = group.LanesOfOctant(rest, octant);
+      ASSERT_NE(lanes, 0u);
+      ASSERT_EQ(lanes & ~rest, 0u);
+      for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+        if (!(rest >> lane & 1)) continue;
+        RayRecord record;
+        group.Store(lane, record);
+        ASSERT_EQ(record.Octant() == octant, (lanes >> lane & 1) != 0);
+      }
+      rest &= ~lanes;
+    }
+  }
+}
+
+// Of some lanes only, whatever stands in the others.
+void BoundsAreThoseOfTheLanes() {
+  Random random(4);
+  for (int round = 0; round < 200; ++round) {
+    GroupLanes group;
+    for (float& value : group.t) value = random.Below(8) == 0 ? kNaN : random.Uniform(-9, 9);
+    uint32_t lanes = 0;
+    float least = kInfinity, largest = -kInfinity;
+    for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+      if (std::isnan(group.t[lane]) || random.Below(3) == 0) continue;
+      lanes |= 1u << lane;
+      least = std::min(least, group.t[lane]);
+      largest = std::max(largest, group.t[lane]);
+    }
+    if (lanes == 0) continue;
+    float low, high;
+    group.Bound(group.t, lanes, low, high);
+    ASSERT_EQ(low, least);
+    ASSERT_EQ(high, largest);
+  }
+}
+
+// The interval of a group enters whatever one of its rays enters, and no later.
+void IntervalsHoldTheirRays() {
+  Random random(5);
+  size_t entered = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const unit::Float3 eye = random.InCube(-3, 3), aim = random.InCube(-1, 1);
+    std::vector<FullRay> rays;
+    for (size_t i = 0; i < kGroupRays; ++i) {
+      const unit::Float3 at = random.InCube(-0.3f, 0.3f);
+      rays.push_back(unit::FullRayOf(unit::MakeRay(
+          eye, {aim[0] + at[0] - eye[0], aim[1] + at[1] - eye[1], aim[2] + at[2] - eye[2]})));
+    }
+    FormedRays formed(rays, {1, false, false});
+    GroupLanes group;
+    const uint32_t active = group.LoadView(RecordLayout(formed.View()), 0, kGroupRays);
+    uint32_t octant;
+    const uint32_t lanes = group.LanesOfOctant(active, octant);
+    const GroupInterval interval(group, lanes, octant);
+    Box boxes[WideNode::kWidth];
+    const Box* children[WideNode::kWidth];
+    for (size_t i = 0; i < WideNode::kWidth; ++i) {
+      boxes[i] = Box::Empty();
+      boxes[i].Extend(random.InCube(-1, 1).data());
+      boxes[i].Extend(random.InCube(-1, 1).data());
+      children[i] = &boxes[i];
+    }
+    WideNode node{};
+    EncodeChildren(children, WideNode::kWidth, node);
+    const ChildPlanes planes(node, PlaneOffsets(octant));
+    HWY_ALIGN float entries[WideNode::kWidth];
+    const uint32_t by_interval = interval.EnterChildren(planes, kInfinity, entries);
+    for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+      if (!(lanes >> lane & 1)) continue;
+      RayRecord ray;
+      group.Store(lane, ray);
+      HWY_ALIGN float own[WideNode::kWidth];
+      const uint32_t by_ray =
+          EnterChildren(planes, SlabRay(ray), ray.tfar, [&](size_t part, EightPart entry) HWY_ATTR {
+            hn::Store(entry, kEightTag, own + part * kPartLanes);
+          });
+      ASSERT_EQ(by_ray & ~by_interval, 0u);
+      for (size_t i = 0; i < WideNode::kWidth; ++i) {
+        if (!(by_ray >> i & 1)) continue;
+        ++entered;
+        ASSERT_LE(entries[i], own[i]);
+      }
+    }
+  }
+  EXPECT_GT(entered, 5000u);
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+
+HWY_BEFORE_TEST(GroupLanesTest);
+HWY_EXPORT_AND_TEST_P(GroupLanesTest, PacketsAreLoadedAsTheirViewIs);
+HWY_EXPORT_AND_TEST_P(GroupLanesTest, RaysOfViewsAreLoaded);
+HWY_EXPORT_AND_TEST_P(GroupLanesTest, LanesOfAnOctant);
+HWY_EXPORT_AND_TEST_P(GroupLanesTest, BoundsAreThoseOfTheLanes);
+HWY_EXPORT_AND_TEST_P(GroupLanesTest, IntervalsHoldTheirRays);
+
+}  // namespace dacrt
+#endif  // HWY_ONCE
