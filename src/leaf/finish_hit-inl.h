@@ -32,48 +32,23 @@ HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
   return FacetsIn(reinterpret_cast<const LeafBlock*>(block));
 }
 
-/// The hit of `lane`, with u and v as the triangle test has them.
-HWY_INLINE FullHit HitOfLane(const TraceTask& task, MeshTable::Name name, bool is_second, float t,
-                             float u, float v, float ng_x, float ng_y, float ng_z) {
+/// A hit, with t, u and v as the triangle test has them.
+HWY_INLINE FullHit HitOf(const SceneParts& scene, uint32_t instance_id, MeshTable::Name name,
+                         bool is_second, float t, float u, float v, float ng_x, float ng_y,
+                         float ng_z) {
   FullHit hit{{ng_x, ng_y, ng_z},
               is_second ? 1 - u : u,
               is_second ? 1 - v : v,
               name.primitive,
-              task.scene.meshes[name.mesh].geometry_id,
-              task.instance_id,
+              scene.meshes[name.mesh].geometry_id,
+              instance_id,
               t};
-  const Shapes& shapes = task.scene.meshes.shapes();
+  const Shapes& shapes = scene.meshes.shapes();
   if (HWY_UNLIKELY(shapes[name.mesh].shape == Shape::kGrids)) {
     hit.primitive_id = shapes.PlaceInGrid(name.mesh, name.primitive, hit.u, hit.v);
   }
   return hit;
 }
-
-/// The triangles of the leaf that a single ray has hit last, with what the triangle test found: so
-/// that its hit need not be computed once more.
-struct LastFacets {
-  HWY_ALIGN float t[kPartLanes];
-  HWY_ALIGN float u[kPartLanes];  ///< times den
-  HWY_ALIGN float v[kPartLanes];
-  HWY_ALIGN float den[kPartLanes];
-  HWY_ALIGN float ng[3][kPartLanes];
-  const LeafBlock* block = nullptr;
-  uint32_t leaf;
-  size_t part;
-
-  /// Whether the hit of `ray` is among them.
-  bool Has(const RayRecord& ray) const {
-    return block && (ray.state & RayRecord::kInLeaf) && ray.hit == leaf &&
-           (ray.state >> RayRecord::kLaneShift) / kPartLanes == part;
-  }
-
-  FullHit Hit(const TraceTask& task, const RayRecord& ray) const {
-    const size_t block_lane = ray.state >> RayRecord::kLaneShift, i = block_lane % kPartLanes;
-    return HitOfLane(task, NameOfLane(task, *block, block_lane), block->second >> block_lane & 1,
-                     t[i], HWY_MIN(u[i] / den[i], 1.0f), HWY_MIN(v[i] / den[i], 1.0f), ng[0][i],
-                     ng[1][i], ng[2][i]);
-  }
-};
 
 /// Some rays with the triangles that they hit, a lane each.
 template <class Tag>
@@ -143,8 +118,8 @@ class FinishedHitsOf {
       hn::Store(triangles.ng[axis], Tag(), out[3 + axis]);
     }
     for (size_t i = 0; i < count_; ++i) {
-      take(i, HitOfLane(task_, names_[i], is_second_[i], out[0][i], out[1][i], out[2][i], out[3][i],
-                        out[4][i], out[5][i]));
+      take(i, HitOf(task_.scene, task_.instance_id, names_[i], is_second_[i], out[0][i], out[1][i],
+                    out[2][i], out[3][i], out[4][i], out[5][i]));
     }
     count_ = 0;
   }

@@ -7,11 +7,14 @@
 
 namespace dacrt {
 
-inline MeshTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block, std::size_t lane) {
-  const uint32_t number = KeptOrder::NumberOf(task.partition.order[block.PlaceOf(lane)]);
-  const MeshTable& meshes = task.scene.meshes;
+inline MeshTable::Name NameOfLane(const MeshTable& meshes, const uint32_t* order,
+                                  const LeafBlock& block, std::size_t lane) {
+  const uint32_t number = KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
   if (block.geometry == LeafBlock::kSeveral) return meshes.Locate(number);
   return {block.geometry, number - meshes.Number(block.geometry, 0)};
+}
+inline MeshTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block, std::size_t lane) {
+  return NameOfLane(task.scene.meshes, task.partition.order, block, lane);
 }
 
 }  // namespace dacrt

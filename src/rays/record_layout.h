@@ -2,6 +2,8 @@
 // that knows how they lie.
 #pragma once
 
+#include <hwy/base.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -110,24 +112,34 @@ class RecordLayout {
     Write(view_.tfar, i, -std::numeric_limits<float>::infinity());
   }
 
-  void WriteHit(std::size_t i, const FullHit& hit) const {
+  HWY_INLINE void WriteHit(std::size_t i, const FullHit& hit) const {
     if (has_hit_records_) {
       return WriteRecord(hit, reinterpret_cast<float*>(view_.Address(view_.org_x, i)));
     }
     WriteComponents(i, hit);
   }
 
-  /// To a record in the order of PacketComponent.
-  static void WriteRecord(const FullHit& hit, float* record) {
+  /// To a record in the order of PacketComponent. Value by value, and inlined: what was just
+  /// computed goes from registers to the record.
+  static HWY_INLINE void WriteRecord(const FullHit& hit, float* record) {
     using enum PacketComponent;
-    record[static_cast<std::size_t>(kTfar)] = hit.t;
-    static_assert(offsetof(FullHit, t) == sizeof(float) * (static_cast<std::size_t>(kInstanceId) -
-                                                           static_cast<std::size_t>(kNgX) + 1));
-    std::memcpy(record + static_cast<std::size_t>(kNgX), &hit, offsetof(FullHit, t));
+    const auto write = [&](PacketComponent component, auto value) {
+      static_assert(sizeof(value) == sizeof(float));
+      std::memcpy(record + static_cast<std::size_t>(component), &value, sizeof(value));
+    };
+    write(kTfar, hit.t);
+    write(kNgX, hit.ng[0]);
+    write(kNgY, hit.ng[1]);
+    write(kNgZ, hit.ng[2]);
+    write(kU, hit.u);
+    write(kV, hit.v);
+    write(kPrimitiveId, hit.primitive_id);
+    write(kGeometryId, hit.geometry_id);
+    write(kInstanceId, hit.instance_id);
   }
 
  private:
-  void WriteComponents(std::size_t i, const FullHit& hit) const {
+  HWY_NOINLINE void WriteComponents(std::size_t i, const FullHit& hit) const {
     Write(view_.tfar, i, hit.t);
     Write(view_.ng_x, i, hit.ng[0]);
     Write(view_.ng_y, i, hit.ng[1]);

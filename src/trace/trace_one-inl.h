@@ -29,9 +29,51 @@ struct OpenChildren {
     distance[count] = d;
     word[count++] = child.bits();
   }
-  /// Where no order is asked for.
-  HWY_INLINE void Push(ChildWord child) { word[count++] = child.bits(); }
 
+  /// The nearest of the children that are entered, of which there is one; the others are open then.
+  HWY_INLINE ChildWord Nearest(const PartitionView& partition, const WideNode& node,
+                               uint32_t entered, const float* distances) {
+    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
+    const ChildWord child = node.Child(first);
+    entered &= entered - 1;
+    if (entered == 0) return child;
+    const size_t second = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
+    const ChildWord other = node.Child(second);
+    entered &= entered - 1;
+    PrefetchChild(partition, other);
+    PrefetchChild(partition, child);
+    if (HWY_LIKELY(entered == 0)) {
+      const bool swap = distances[second] < distances[first];
+      Push(distances[swap ? first : second], swap ? child : other);
+      return swap ? other : child;
+    }
+    const size_t bottom = count;
+    Push(distances[first], child);
+    Push(distances[second], other);
+    ForEachLane(entered, [&](size_t i) {
+      const ChildWord next = node.Child(i);
+      PrefetchChild(partition, next);
+      Push(distances[i], next);
+    });
+    Sort(bottom);
+    return ChildWord(word[--count]);
+  }
+
+  /// Any of them.
+  HWY_INLINE ChildWord Any(const PartitionView& partition, const WideNode& node, uint32_t entered) {
+    const ChildWord child = node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
+    entered &= entered - 1;
+    if (entered == 0) return child;
+    PrefetchChild(partition, child);
+    for (; entered != 0; entered &= entered - 1) {
+      const ChildWord next = node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
+      PrefetchChild(partition, next);
+      word[count++] = next.bits();
+    }
+    return child;
+  }
+
+ private:
   /// Sorts those from `bottom` on, of which there are a few.
   HWY_INLINE void Sort(size_t bottom) {
     for (size_t i = bottom + 1; i < count; ++i) {
@@ -48,138 +90,127 @@ struct OpenChildren {
   }
 };
 
+/// The block of a leaf that holds still facets and nothing else, as most do; else null.
+HWY_INLINE const LeafBlock* PlainBlock(const PartitionView& partition, ChildWord leaf) {
+  if (HWY_UNLIKELY(!leaf.IsBlock())) return nullptr;
+  const auto* const block = reinterpret_cast<const LeafBlock*>(
+      partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+  return HWY_LIKELY(block->IsPlain()) ? block : nullptr;
+}
+
+/// What comes of a leaf or a subset.
+enum class WalkStep {
+  kNext,   ///< the next open child
+  kVisit,  ///< the node that stands in its place now
+  kStop,   ///< the ray looks for nothing more
+  kLeave,  ///< somebody else goes on from here
+};
+
+/// Takes one ray through nodes, from `child` on, until nothing is open. `host` has
+///   bool Enter(WideNode&)      before the children of a node are looked at; false: leave
+///   WalkStep Solve(ChildWord&)     a child that is not a node
+/// False if the host has left; `child` and `open` then say where.
+template <Query kQuery, class Host>
+HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, ChildWord& child,
+                        OpenChildren& open, const Host& host) {
+  // The nearest hit wants the nearest children first; to be blocked, any order will do.
+  constexpr bool kOrders = kQuery == Query::kClosest;
+  const SlabRay slab_ray(ray);
+  const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
+  for (;;) {
+    if (HWY_LIKELY(child.IsInner())) {
+      WideNode& node = partition.nodes[child.number()];
+      if (HWY_UNLIKELY(!host.Enter(node))) return false;
+      HWY_ALIGN float distance[WideNode::kWidth];
+      uint32_t entered =
+          EnterChildren(ChildPlanes(node, offsets), slab_ray, ray.tfar,
+                        [&](size_t part, EightPart entry) HWY_ATTR {
+                          if constexpr (kOrders) {
+                            hn::Store(entry, kEightTag, distance + part * kPartLanes);
+                          }
+                        }) &
+          node.UsedChildren();
+      if (entered != 0) {
+        child = kOrders ? open.Nearest(partition, node, entered, distance)
+                        : open.Any(partition, node, entered);
+        if (HWY_UNLIKELY(open.count + WideNode::kWidth > OpenChildren::kMost)) return false;
+        continue;
+      }
+    } else {
+      const WalkStep step = host.Solve(child);
+      if (step == WalkStep::kVisit) continue;
+      if (HWY_UNLIKELY(step == WalkStep::kLeave)) return false;
+      if (step == WalkStep::kStop) return true;
+    }
+    do {
+      if (open.count == 0) return true;
+      --open.count;
+    } while (kOrders && !(open.distance[open.count] <= ray.tfar));
+    child = ChildWord(open.word[open.count]);
+  }
+}
+
 template <Query kQuery>
 class OneTracer {
  public:
-  /// If `last` is not null, it gets the facets that a ray hits (see LastFacets).
-  explicit OneTracer(const TraceTask& task, LastFacets* last = nullptr)
-      : task_(task), last_(last) {}
+  explicit OneTracer(const TraceTask& task)
+      : task_(task), tests_plainly_(task.keeps_leaf_hits && !task.scene.meshes.shapes().robust()) {}
 
   void Trace(ChildWord child, RayNumber number, ListMemory memory) const {
-    const RayRecord& ray = task_.rays[number];
-    const SlabRay slab_ray(ray);
-    const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
-    const bool keeps_leaf_hits = task_.keeps_leaf_hits && !task_.scene.meshes.shapes().robust();
     OpenChildren open;
-    for (;;) {
-      if (HWY_LIKELY(child.IsInner())) {
-        WideNode& node = task_.partition.nodes[child.number()];
-        if (HWY_UNLIKELY(node.HasBareLeaves()) &&
-            node.CountVisit() >= policy::kVisitsBeforeLeaves) {
-          GiveLeavesGeometry(task_, node);
-        }
-        HWY_ALIGN float distance[WideNode::kWidth];
-        uint32_t entered =
-            EnterChildren(ChildPlanes(node, offsets), slab_ray, ray.tfar,
-                          [&](size_t part, EightPart entry) HWY_ATTR {
-                            if constexpr (kOrders) {
-                              hn::Store(entry, kEightTag, distance + part * kPartLanes);
-                            }
-                          }) &
-            node.UsedChildren();
-        if (entered != 0) {
-          child = NextChild(node, entered, distance, open);
-          if (HWY_UNLIKELY(open.count + WideNode::kWidth > OpenChildren::kMost)) {
-            return TraceDeep(open, child, number, memory);
-          }
-          continue;
-        }
-      } else if (HWY_LIKELY(child.IsLeaf())) {
-        if (const LeafBlock* const block = PlainLeaf(child);
-            HWY_LIKELY(block != nullptr && keeps_leaf_hits)) {
-          FacetTest<kQuery, false>(task_, child, *block).TestOne(number, last_);
-        } else {
-          TestLeaf<kQuery>(task_, child, &number, 1, memory);
-        }
-        if (kQuery == Query::kAny && ray.tfar < 0) return;
-      } else {
-        const auto trace = [&](const TraceTask& own, ChildWord root) {
-          OneTracer(own).Trace(root, number, memory);
-        };
-        const auto opened = OpenSubset<kQuery>(task_, child.number(), &number, 1, memory, trace);
-        if (opened) {
-          child = *opened;
-          continue;
-        }
-        if (kQuery == Query::kAny && ray.tfar < 0) return;
+    Resume(child, open, number, memory);
+  }
+
+  /// Goes on where others have left.
+  void Resume(ChildWord child, OpenChildren& open, RayNumber number, ListMemory memory) const {
+    const Host host{*this, number, memory};
+    if (HWY_LIKELY(WalkOne<kQuery>(task_.partition, task_.rays[number], child, open, host))) return;
+    // The stack is full, which no sound partition comes to: each open child on one of its own.
+    open.Push(-1, child);
+    for (size_t i = open.count; i-- > 0;) {
+      if (kQuery == Query::kAny && task_.rays[number].tfar < 0) return;
+      if (kQuery == Query::kAny || open.distance[i] <= task_.rays[number].tfar) {
+        Trace(ChildWord(open.word[i]), number, memory);
       }
-      if (!Pop(open, ray, child)) return;
     }
   }
 
  private:
-  /// The nearest hit wants the nearest children first; to be blocked, any order will do.
-  static constexpr bool kOrders = kQuery == Query::kClosest;
-
-  /// The block of a leaf that holds nothing but still facets; null for others.
-  HWY_INLINE const LeafBlock* PlainLeaf(ChildWord leaf) const {
-    if (HWY_UNLIKELY(!leaf.IsBlock())) return nullptr;
-    const auto* const block = reinterpret_cast<const LeafBlock*>(
-        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
-    return block->IsPlain() ? block : nullptr;
-  }
-
-  /// The child to go to of those that are entered, of which there is one; the others are open then.
-  HWY_INLINE ChildWord NextChild(const WideNode& node, uint32_t entered, const float* distance,
-                                 OpenChildren& open) const {
-    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
-    const ChildWord child = node.Child(first);
-    entered &= entered - 1;
-    if (entered == 0) return child;
-    PrefetchChild(task_.partition, child);
-    if constexpr (!kOrders) {
-      for (; entered != 0; entered &= entered - 1) {
-        const ChildWord next = node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
-        PrefetchChild(task_.partition, next);
-        open.Push(next);
+  struct Host {
+    HWY_INLINE bool Enter(WideNode& node) const {
+      if (HWY_UNLIKELY(node.HasBareLeaves()) && node.CountVisit() >= policy::kVisitsBeforeLeaves) {
+        GiveLeavesGeometry(tracer.task_, node);
       }
-      return child;
+      return true;
     }
-    const size_t second = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
-    const ChildWord other = node.Child(second);
-    entered &= entered - 1;
-    PrefetchChild(task_.partition, other);
-    if (HWY_LIKELY(entered == 0)) {
-      const bool swap = distance[second] < distance[first];
-      open.Push(distance[swap ? first : second], swap ? child : other);
-      return swap ? other : child;
-    }
-    const size_t bottom = open.count;
-    open.Push(distance[first], child);
-    open.Push(distance[second], other);
-    ForEachLane(entered, [&](size_t i) {
-      const ChildWord next = node.Child(i);
-      PrefetchChild(task_.partition, next);
-      open.Push(distance[i], next);
-    });
-    open.Sort(bottom);
-    return ChildWord(open.word[--open.count]);
-  }
 
-  /// The next open child that may still hold what the ray looks for. False if there is none.
-  static HWY_INLINE bool Pop(OpenChildren& open, const RayRecord& ray, ChildWord& child) {
-    do {
-      if (open.count == 0) return false;
-      --open.count;
-    } while (kOrders && !(open.distance[open.count] <= ray.tfar));
-    child = ChildWord(open.word[open.count]);
-    return true;
-  }
-
-  /// Where the stack is full, which no sound partition comes to: each open child on a stack of its
-  /// own.
-  HWY_NOINLINE void TraceDeep(OpenChildren& open, ChildWord child, RayNumber number,
-                              ListMemory memory) const {
-    const RayRecord& ray = task_.rays[number];
-    for (;;) {
-      Trace(child, number, memory);
-      if (!Pop(open, ray, child)) return;
-      if (kQuery == Query::kAny && ray.tfar < 0) return;
+    HWY_INLINE WalkStep Solve(ChildWord& child) const {
+      const TraceTask& task = tracer.task_;
+      const LeafBlock* const block = PlainBlock(task.partition, child);
+      if (HWY_LIKELY(block != nullptr && tracer.tests_plainly_)) {
+        FacetTest<kQuery, false>(task, child, *block).TestOne(number);
+      } else if (HWY_LIKELY(child.IsLeaf())) {
+        TestLeaf<kQuery>(task, child, &number, 1, memory);
+      } else {
+        const auto trace = [&](const TraceTask& own, ChildWord root) {
+          OneTracer(own).Trace(root, number, memory);
+        };
+        const auto opened = OpenSubset<kQuery>(task, child.number(), &number, 1, memory, trace);
+        if (opened) {
+          child = *opened;
+          return WalkStep::kVisit;
+        }
+      }
+      return kQuery == Query::kAny && task.rays[number].tfar < 0 ? WalkStep::kStop : WalkStep::kNext;
     }
-  }
+
+    const OneTracer& tracer;
+    const RayNumber number;
+    const ListMemory memory;
+  };
 
   const TraceTask& task_;
-  LastFacets* const last_;
+  const bool tests_plainly_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -14,20 +14,18 @@
 #include "rays/packet_view.h"
 #include "trace/group_hits-inl.h"
 #include "trace/stack_memory.h"
+#include "trace/trace_lone-inl.h"
 #include "trace/trace_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// One ray: a list of one.
+/// One ray, on its way already, through whatever may come.
 template <Query kQuery>
-void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
-                 WorkspacePool& pool) {
-  float* const record = static_cast<float*>(packet.values);
-  RayRecord ray;
-  if (packet.valid && *packet.valid != -1) return;
-  if (!LoadRecord(record, packet.has_masks, ray)) return;
+HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
+                               const CallOptions& options, WorkspacePool& pool, RayRecord& ray,
+                               ChildWord child, OpenChildren& open) {
   FullHit hit;
   RayRecord instance_ray;
   FullHit instance_hit;
@@ -48,19 +46,38 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
                        nullptr,
                        FinishHit,
                        packet.instance_value};
-  LastFacets last;
-  OneTracer<kQuery>(task, kQuery == Query::kClosest ? &last : nullptr)
-      .Trace(scene.kept->root(), 0, ListMemory{});
+  OneTracer<kQuery>(task).Resume(child, open, 0, ListMemory{});
+  float* const record = static_cast<float*>(packet.values);
   if constexpr (kQuery == Query::kAny) {
-    if (ray.tfar < 0) {
-      record[static_cast<size_t>(PacketComponent::kTfar)] = -std::numeric_limits<float>::infinity();
-    }
-  } else {
-    if (!(ray.state & RayRecord::kHasHit)) return;
-    if (HWY_LIKELY(last.Has(ray))) return RecordLayout::WriteRecord(last.Hit(task, ray), record);
+    if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
+  } else if (ray.state & RayRecord::kHasHit) {
     uint32_t mesh;
     RecordLayout::WriteRecord(task.HitOf(0, mesh), record);
   }
+}
+
+template <Query kQuery>
+void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
+                 WorkspacePool& pool) {
+  float* const record = static_cast<float*>(packet.values);
+  RayRecord ray;
+  if (packet.valid && *packet.valid != -1) return;
+  if (!LoadRecord(record, packet.has_masks, ray)) return;
+  OpenChildren open;
+  ChildWord child = scene.kept->root();
+  const Shapes& shapes = scene.meshes.shapes();
+  if (HWY_LIKELY(!shapes.robust() && !shapes.has_filters() && scene.meshes.AllAccept(ray.mask))) {
+    LoneTracer<kQuery> tracer(scene.partition(), ray);
+    if (HWY_LIKELY(tracer.Trace(child, open))) {
+      if constexpr (kQuery == Query::kAny) {
+        if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
+      } else if (ray.state & RayRecord::kHasHit) {
+        RecordLayout::WriteRecord(tracer.Hit(scene, packet.instance_value), record);
+      }
+      return;
+    }
+  }
+  FinishSingle<kQuery>(scene, packet, options, pool, ray, child, open);
 }
 
 /// The lanes of a packet as one group.

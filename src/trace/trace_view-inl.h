@@ -67,12 +67,14 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
   for (size_t look = 0; look < looks; ++look) {
     const size_t begin = first + kGroupRays * (look * groups / looks);
     float low[6], high[6];
-    for (size_t i = 0; i < kGroupRays; i += (kGroupRays - 1) / 3) {
+    layout.ReadLine(begin, low);
+    std::copy_n(low, 6, high);
+    for (size_t i = 5; i < kGroupRays; i += 5) {
       float line[6];
       layout.ReadLine(begin + i, line);
       for (int part = 0; part < 6; ++part) {
-        low[part] = i == 0 ? line[part] : HWY_MIN(low[part], line[part]);
-        high[part] = i == 0 ? line[part] : HWY_MAX(high[part], line[part]);
+        low[part] = HWY_MIN(low[part], line[part]);
+        high[part] = HWY_MAX(high[part], line[part]);
       }
     }
     float apart = 0, spread = 0, length = 0;
