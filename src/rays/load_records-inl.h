@@ -102,6 +102,20 @@ HWY_INLINE bool LoadRay(const RecordLayout& layout, size_t i, RayRecord& ray) {
   return FinishRecord(ray);
 }
 
+/// A bit for each axis on which the direction of a ray of a view is negative.
+HWY_INLINE uint32_t OctantOf(const RecordLayout& layout, size_t i) {
+#if HWY_TARGET != HWY_SCALAR
+  if (HWY_LIKELY(layout.has_records())) {
+    const hn::RebindToSigned<CornerTag> di;
+    const auto dir =
+        hn::LoadU(kCornerTag, layout.Record(i) + static_cast<size_t>(PacketComponent::kDirX));
+    const auto is_negative = hn::Lt(hn::BitCast(di, dir), hn::Zero(di));
+    return static_cast<uint32_t>(Bits(kCornerTag, hn::RebindMask(kCornerTag, is_negative))) & 7;
+  }
+#endif
+  return layout.ReadOctant(i);
+}
+
 /// The rays of a piece, those of an octant of directions side by side.
 struct LoadedRays {
   static constexpr uint32_t kOctants = 8;
@@ -121,7 +135,7 @@ inline LoadedRays LoadRecords(const RayView& view, size_t first, size_t count, R
                               uint32_t* callers) {
   const RecordLayout layout(view);
   LoadedRays loaded;
-  for (size_t i = 0; i < count; ++i) ++loaded.end[layout.ReadOctant(first + i)];
+  for (size_t i = 0; i < count; ++i) ++loaded.end[OctantOf(layout, first + i)];
   size_t begin = 0;
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
     loaded.begin[octant] = begin;
@@ -129,7 +143,7 @@ inline LoadedRays LoadRecords(const RayView& view, size_t first, size_t count, R
   }
   for (size_t i = 0; i < count; ++i) {
     // Where it is inactive the next one takes its place.
-    size_t& place = loaded.end[layout.ReadOctant(first + i)];
+    size_t& place = loaded.end[OctantOf(layout, first + i)];
     RayRecord& ray = rays[place];
     if (!LoadRay(layout, first + i, ray)) continue;
     callers[place++] = static_cast<uint32_t>(i);

@@ -68,8 +68,8 @@ struct GroupHits {
         if (HWY_UNLIKELY(is_second ||
                          task.scene.meshes.shapes()[name.mesh].shape == Shape::kGrids)) {
           known_state = 0;
-          return Set(lane, HitOf(task.scene, task.instance_id, name, is_second, t[lane], u[lane], v[lane], ng[0][lane],
-                                     ng[1][lane], ng[2][lane]));
+          return Set(lane, HitOf(task.scene, task.instance_id, name, is_second, t[lane], u[lane],
+                                 v[lane], ng[0][lane], ng[1][lane], ng[2][lane]));
         }
       }
       primitive_id[lane] = name.primitive;

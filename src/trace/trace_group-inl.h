@@ -138,7 +138,11 @@ class GroupTracer {
       } else {
         const size_t bottom = count;
         VisitNode(task_.partition.nodes[child.number()], offsets, interval, active, open, count);
-        Sort(open, bottom, count);
+        if constexpr (kQuery == Query::kClosest) {
+          Sort(open, bottom, count);
+        } else {
+          std::reverse(open + bottom, open + count);
+        }
       }
       do {
         if (count == 0) return;

@@ -59,18 +59,17 @@ struct OpenChildren {
     return ChildWord(word[--count]);
   }
 
-  /// Any of them.
-  HWY_INLINE ChildWord Any(const PartitionView& partition, const WideNode& node, uint32_t entered) {
-    const ChildWord child = node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
-    entered &= entered - 1;
-    if (entered == 0) return child;
-    PrefetchChild(partition, child);
-    for (; entered != 0; entered &= entered - 1) {
-      const ChildWord next = node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
-      PrefetchChild(partition, next);
-      word[count++] = next.bits();
+  /// The first of them; the others are open then, in their order.
+  HWY_INLINE ChildWord First(const PartitionView& partition, const WideNode& node,
+                             uint32_t entered) {
+    for (;;) {
+      const size_t last = 31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(entered);
+      const ChildWord child = node.Child(last);
+      entered ^= 1u << last;
+      if (entered == 0) return child;
+      PrefetchChild(partition, child);
+      word[count++] = child.bits();
     }
-    return child;
   }
 
  private:
@@ -132,7 +131,7 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
           node.UsedChildren();
       if (entered != 0) {
         child = kOrders ? open.Nearest(partition, node, entered, distance)
-                        : open.Any(partition, node, entered);
+                        : open.First(partition, node, entered);
         if (HWY_UNLIKELY(open.count + WideNode::kWidth > OpenChildren::kMost)) return false;
         continue;
       }
@@ -201,7 +200,8 @@ class OneTracer {
           return WalkStep::kVisit;
         }
       }
-      return kQuery == Query::kAny && task.rays[number].tfar < 0 ? WalkStep::kStop : WalkStep::kNext;
+      return kQuery == Query::kAny && task.rays[number].tfar < 0 ? WalkStep::kStop
+                                                                 : WalkStep::kNext;
     }
 
     const OneTracer& tracer;
