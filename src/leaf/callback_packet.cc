@@ -16,9 +16,9 @@ void CallbackPacket::SetRay(std::size_t lane, RayNumber number, float tfar) {
   Set(kDirZ, lane, ray.dir[2]);
   Set(kTime, lane, ray.time);
   Set(kTfar, lane, tfar);
-  Set(kMask, lane, frame.Read(frame.view->mask, caller, UINT32_MAX));
-  Set(kId, lane, frame.Read(frame.view->id, caller, UINT32_MAX));
-  Set(kFlags, lane, frame.Read(frame.view->flags, caller, UINT32_MAX));
+  Set(kMask, lane, frame.Mask(caller));
+  Set(kId, lane, frame.Id(caller));
+  Set(kFlags, lane, frame.Flags(caller));
 }
 
 void CallbackPacket::SetHit(std::size_t lane, const FullHit& hit) {

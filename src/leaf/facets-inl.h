@@ -108,6 +108,20 @@ class FacetTest {
            leaf_.bits());
   }
 
+  /// Offers a ray a candidate with what the triangle test has found, and the number of its item.
+  static void Offer(const TraceTask& task, RayNumber number, Candidate& candidate, bool is_second) {
+    if (is_second) {
+      candidate.u = 1 - candidate.u;
+      candidate.v = 1 - candidate.v;
+    }
+    const Shapes& shapes = task.scene.meshes.shapes();
+    if (shapes[candidate.mesh].shape == Shape::kGrids) {
+      candidate.primitive_id =
+          shapes.PlaceInGrid(candidate.mesh, candidate.primitive_id, candidate.u, candidate.v);
+    }
+    TakeHit<kQuery>(task, number, candidate);
+  }
+
  private:
   static constexpr size_t kAhead = 4;
 
@@ -150,7 +164,7 @@ class FacetTest {
     }
   }
 
-  /// With kInLeaf, hits are kept by leaf and lane: not where filter functions may change them, nor
+  /// With kInLeaf, hits are kept by leaf and lane, unless a filter function may change them: not
   /// where what is hit depends on the time.
   template <bool kInLeaf>
   HWY_INLINE void TestRay(RayNumber number, const LeafTriangles& triangles, size_t part,
@@ -159,18 +173,25 @@ class FacetTest {
     if (kQuery == Query::kAny && ray.tfar < 0) return;
     const FacetCrossing crossing = CrossFacets<kRobust>(ray, triangles);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
-    if constexpr (kInLeaf && kQuery == Query::kAny) {
+    if (!kInLeaf || HWY_UNLIKELY(task_.scene.meshes.shapes().has_filters())) {
+      TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
+    } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);
-    } else if constexpr (kInLeaf) {
+    } else {
       HWY_ALIGN float keys[kPartLanes];
       hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
       ForEachLane(crossing.lanes, [&](size_t lane) {
         TakeInLeaf(number, keys[lane], (crossing.within_limit >> lane) & 1,
                    part * kPartLanes + lane);
       });
-    } else {
-      TakeLanes(number, crossing, triangles, part, timed);
     }
+  }
+
+  /// Whether a filter function is to be asked about hits of a lane.
+  bool IsFiltered(size_t block_lane) const {
+    const Geometry& geometry =
+        task_.scene.meshes.shapes()[NameOfLane(task_, block_, block_lane).mesh];
+    return static_cast<bool>(kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter);
   }
 
   /// Blocks an any-hit ray, if its mask allows one of some lanes.
@@ -187,8 +208,10 @@ class FacetTest {
     if (lanes != 0) ray.tfar = -std::numeric_limits<float>::infinity();
   }
 
-  void TakeLanes(RayNumber number, const FacetCrossing& crossing, const LeafTriangles& triangles,
-                 size_t part, const TimedFacets* timed) const {
+  template <bool kInLeaf>
+  HWY_NOINLINE void TakeLanes(RayNumber number, const FacetCrossing& crossing,
+                              const LeafTriangles& triangles, size_t part,
+                              const TimedFacets* timed) const {
     HWY_ALIGN float key[kPartLanes], t[kPartLanes], u[kPartLanes], v[kPartLanes];
     HWY_ALIGN float ng[3][kPartLanes];
     const EightPart one = hn::Set(kEightTag, 1.0f);
@@ -204,6 +227,16 @@ class FacetTest {
         if (key[lane] < key[nearest]) nearest = lane;
       });
       lanes &= ~(uint64_t{1} << nearest);
+      const size_t block_lane = part * kPartLanes + nearest;
+      if (kInLeaf && !IsFiltered(block_lane)) {
+        const bool within_limit = (crossing.within_limit >> nearest) & 1;
+        if constexpr (kQuery == Query::kAny) {
+          BlockInLeaf(number, uint64_t{within_limit} << nearest, part);
+        } else {
+          TakeInLeaf(number, key[nearest], within_limit, block_lane);
+        }
+        continue;
+      }
       Candidate candidate;
       candidate.within_limit = (crossing.within_limit >> nearest) & 1;
       candidate.key = key[nearest];
@@ -211,7 +244,7 @@ class FacetTest {
       candidate.u = u[nearest];
       candidate.v = v[nearest];
       for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = ng[axis][nearest];
-      Take(number, candidate, part * kPartLanes + nearest, timed);
+      Take(number, candidate, block_lane, timed);
     }
   }
 
@@ -219,7 +252,8 @@ class FacetTest {
   HWY_NOINLINE bool ComesFirstInLeaf(RayNumber number, size_t block_lane) const {
     RayRecord& ray = task_.rays[number];
     const ChildWord other_leaf(ray.hit);
-    if ((ray.state & RayRecord::kInLeaf) && other_leaf.IsBlock()) {
+    constexpr uint32_t kWhose = RayRecord::kInLeaf | RayRecord::kOfOuter;
+    if ((ray.state & kWhose) == RayRecord::kInLeaf && other_leaf.IsBlock()) {
       // Names tell nearly always, and cost less than the hits.
       const MeshTable::Name own = NameOfLane(task_, block_, block_lane);
       const MeshTable::Name other =
@@ -244,18 +278,9 @@ class FacetTest {
     const uint8_t second = timed ? timed->second : block_.second;
     const MeshTable::Name name =
         NameOfLane(task_, block_, timed ? timed->item[block_lane] : block_lane);
-    if (second >> block_lane & 1) {
-      candidate.u = 1 - candidate.u;
-      candidate.v = 1 - candidate.v;
-    }
     candidate.mesh = name.mesh;
     candidate.primitive_id = name.primitive;
-    const Shapes& shapes = task_.scene.meshes.shapes();
-    if (shapes[name.mesh].shape == Shape::kGrids) {
-      candidate.primitive_id =
-          shapes.PlaceInGrid(name.mesh, name.primitive, candidate.u, candidate.v);
-    }
-    TakeHit<kQuery>(task_, number, candidate);
+    Offer(task_, number, candidate, second >> block_lane & 1);
   }
 
   const TraceTask& task_;

@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "leaf/entering-inl.h"
+#include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -48,6 +49,7 @@ class InstanceRays {
     Transform(outer.dir, false, ray.dir);
     SetReciprocals(ray);
     if (HasFullHit(ray)) inner_.hits[count_] = task_.hits[number];
+    if (ray.state & RayRecord::kInLeaf) ray.state |= RayRecord::kOfOuter;
     outer_[count_] = number;
     inner_.callers[count_] = task_.CallerOf(number);
     if (++count_ == inner_.count) Trace();
@@ -60,7 +62,7 @@ class InstanceRays {
                          inner_.rays,
                          inner_.hits,
                          task_.checks_masks,
-                         /*keeps_leaf_hits=*/false,
+                         /*keeps_leaf_hits=*/true,
                          task_.frame,
                          task_.split_memory,
                          {nullptr, nullptr, nullptr, 0},
@@ -71,15 +73,24 @@ class InstanceRays {
                          &task_,
                          outer_};
     TraceRays<kQuery>(task, count_, memory_);
+    FinishedHits finished(task);
+    const auto finish = [&]() HWY_ATTR {
+      finished.Finish([&](size_t i, const FullHit& hit)
+                          HWY_ATTR { Take(finished.number(i), finished.mesh(i), hit); });
+    };
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];
       RayRecord& outer = task_.rays[outer_[i]];
       outer.tfar = std::min(outer.tfar, ray.tfar);
-      if (!HasFullHit(ray)) continue;
-      outer.state = ray.state;
-      outer.hit = ray.hit;
-      task_.hits[outer_[i]] = inner_.hits[i];
+      if (kQuery == Query::kAny || !(ray.state & RayRecord::kHasHit)) continue;
+      if (!(ray.state & RayRecord::kInLeaf)) {
+        Take(i, ray.hit, inner_.hits[i]);
+      } else if (!(ray.state & RayRecord::kOfOuter)) {
+        finished.Add(static_cast<RayNumber>(i));
+        if (finished.count() == FinishedHits::kMost) finish();
+      }
     }
+    if (finished.count() > 0) finish();
     count_ = 0;
   }
 
@@ -88,6 +99,14 @@ class InstanceRays {
   static bool HasFullHit(const RayRecord& ray) {
     return kQuery == Query::kClosest &&
            (ray.state & (RayRecord::kHasHit | RayRecord::kInLeaf)) == RayRecord::kHasHit;
+  }
+
+  /// Gives an outer ray the hit that it has in the instance.
+  void Take(size_t i, uint32_t mesh, const FullHit& hit) const {
+    RayRecord& outer = task_.rays[outer_[i]];
+    outer.state = RayRecord::kHasHit | (inner_.rays[i].state & RayRecord::kAtLimit);
+    outer.hit = mesh;
+    task_.hits[outer_[i]] = hit;
   }
 
   void Transform(const float* vector, bool is_point, float* out) const {

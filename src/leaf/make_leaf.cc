@@ -99,8 +99,7 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
     const auto place = [&](int v0, int v1, int v2) {
       const int corners[3] = {v0, v1, v2};
       for (int k = 0; k < 3; ++k) {
-        indices[k][lane] =
-            vertices.Add(facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
+        indices[k][lane] = vertices.Add(facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
       }
       block.items |= items.places[i] << (4 * lane++);
     };

@@ -28,7 +28,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
   CallbackPacket packet(task);
   const std::size_t width = task.frame.options.callback_width;
   // Of a packet of the caller's each ray stays in its lane; rays of a stream have none.
-  const bool is_packet = task.frame.view->count <= width;
+  const bool is_packet = task.frame.ray_count() <= width;
   const auto lane_of = [&](std::size_t i) {
     return is_packet ? task.CallerOf(rays[i]) % width : i;
   };

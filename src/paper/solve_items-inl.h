@@ -34,7 +34,7 @@ inline void MakeRecord(const PaperTask& task, size_t slot, RayRecord& ray, FullH
   ray.start = std::max(ray.tnear, 0.0f);
   ray.tfar = batch.tfar[slot];
   ray.mask = batch.ray_masks ? batch.ray_masks[index] : UINT32_MAX;
-  ray.time = task.frame.Read(task.frame.view->time, index, 0.0f);
+  ray.time = task.frame.Time(index);
   SetReciprocals(ray);
   ray.state = RayRecord::kAtLimit;
   if (kQuery == Query::kAny || batch.hits[index].mesh == Hit::kNone) return;
@@ -66,12 +66,18 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
   StackMemory<kItemRays> memory;
   SplitMemory split_memory(task.scratch.subset);
   uint32_t order[kLeafLanes];
-  const TraceTask trace{task.scene,   {nullptr, order, nullptr},
-                        memory.rays,  memory.hits,
-                        task.batch.ray_masks != nullptr, /*keeps_leaf_hits=*/false,
-                        task.frame,   split_memory,
-                        memory.ForInstances(), nullptr,
-                        FinishHit,    task.frame.no_instance,
+  const TraceTask trace{task.scene,
+                        {nullptr, order, nullptr},
+                        memory.rays,
+                        memory.hits,
+                        task.batch.ray_masks != nullptr,
+                        /*keeps_leaf_hits=*/false,
+                        task.frame,
+                        split_memory,
+                        memory.ForInstances(),
+                        nullptr,
+                        FinishHit,
+                        task.frame.no_instance,
                         memory.numbers};
   for (size_t first = rays.begin; first < rays.begin + rays.count; first += kItemRays) {
     const size_t count = std::min(kItemRays, rays.begin + rays.count - first);

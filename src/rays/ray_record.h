@@ -32,6 +32,8 @@ struct alignas(64) RayRecord {
   /// With kInLeaf: it need not be computed, the lanes of the group have it (see
   /// trace/group_lanes-inl.h).
   static constexpr uint32_t kInLanes = 8;
+  /// With kInLeaf, of a ray in an instance: the leaf is of the scene that has the instance.
+  static constexpr uint32_t kOfOuter = 16;
   static constexpr uint32_t kLaneShift = 8;
 
   /// A bit for each axis on which the direction is negative.

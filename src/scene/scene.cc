@@ -266,7 +266,7 @@ class Scene::Implementation {
     for (std::size_t first = 0; first < rays.count;) {
       const std::size_t count = std::min(plan.piece_rays, rays.count - first);
       RayBatch batch = workspace.batch();
-      const CallFrame frame{&rays, first, options, rays.instance_value};
+      const CallFrame frame{&rays, nullptr, first, options, rays.instance_value};
       const PaperTask task{parts,      engine.settings, workspace.refs(), batch,
                            workspace.scratch(), statistics, clock, frame};
       const RayBlock active = [&] {

@@ -71,7 +71,8 @@ class GroupTracer {
       : task_(task),
         lanes_(lanes),
         tests_in_lanes_(task.keeps_leaf_hits && !task.checks_masks &&
-                        !task.scene.meshes.shapes().robust()) {}
+                        !task.scene.meshes.shapes().robust()),
+        has_filters_(task.scene.meshes.shapes().has_filters()) {}
 
   /// The rays of some lanes, which the caller has loaded. One that needs a record of its own gets
   /// task.rays[lane].
@@ -290,10 +291,45 @@ class GroupTracer {
         const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
         meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
         if (hn::AllFalse(kFloat, meet)) continue;
+        if (HWY_UNLIKELY(has_filters_) &&
+            TakeFiltered(block, i, first, triangle, terms, meet, rays, t, interval.entry, lanes)) {
+          continue;
+        }
         TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
         if (kQuery == Query::kAny && lanes == 0) break;
       }
     }
+  }
+
+  /// The same for a geometry with a filter function; false for others.
+  HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first,
+                                 const TestTriangles& triangle, const PairTermsOf<V>& terms, M meet,
+                                 TestRays& rays, V t, V entry, uint32_t& lanes) {
+    const MeshTable::Name name = NameOfLane(task_, block, i);
+    const Geometry& geometry = task_.scene.meshes.shapes()[name.mesh];
+    if (!(kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter)) return false;
+    HWY_ALIGN float key[kMaxLanes], distance[kMaxLanes], u[kMaxLanes], v[kMaxLanes];
+    HWY_ALIGN float ng[3][kMaxLanes];
+    const V one = hn::Set(kFloat, 1.0f), t_over_den = hn::Div(t, terms.den);
+    hn::Store(hn::Max(t_over_den, entry), kFloat, key);
+    hn::Store(t_over_den, kFloat, distance);
+    hn::Store(hn::Min(hn::Div(terms.u, terms.den), one), kFloat, u);
+    hn::Store(hn::Min(hn::Div(terms.v, terms.den), one), kFloat, v);
+    for (int axis = 0; axis < 3; ++axis) hn::Store(triangle.ng[axis], kFloat, ng[axis]);
+    const uint64_t within = Bits(IsWithinLimit(rays, t, terms.den));
+    ForEachLane(Bits(meet), [&](size_t lane) {
+      Candidate candidate{key[lane],      ((within >> lane) & 1) != 0,
+                          distance[lane], {ng[0][lane], ng[1][lane], ng[2][lane]},
+                          u[lane],        v[lane],
+                          name.mesh,      name.primitive};
+      const RayRecord& ray = RecordOf(first + lane);
+      FacetTest<kQuery, false>::Offer(task_, numbers_[first + lane], candidate,
+                                      block.second >> i & 1);
+      lanes_.LoadHit(first + lane, ray);
+      if (kQuery == Query::kAny && ray.tfar < 0) lanes &= ~(1u << lane);
+    });
+    rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+    return true;
   }
 
   HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
@@ -348,6 +384,7 @@ class GroupTracer {
   const TraceTask& task_;
   GroupLanes& lanes_;
   const bool tests_in_lanes_;
+  const bool has_filters_;
   const RayNumber* numbers_ = kLanes;  ///< of the records of the rays in the lanes
   uint32_t with_record_ = 0;           ///< lanes whose records hold the ray
 };

@@ -14,11 +14,15 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// In scenes that are not robust, without filter functions, and for a ray that every mesh accepts.
+/// In scenes that are not robust, and for a ray that every mesh accepts.
 template <Query kQuery>
 class LoneTracer {
  public:
-  LoneTracer(const PartitionView& partition, RayRecord& ray) : partition_(partition), ray_(ray) {}
+  LoneTracer(const SceneParts& scene, RayRecord& ray)
+      : scene_(scene),
+        partition_(scene.partition()),
+        ray_(ray),
+        has_filters_(scene.meshes.shapes().has_filters()) {}
 
   /// False if something else has been met: then `child` and `open` say where somebody else has to
   /// go on, and the ray has the hits that were found before.
@@ -28,14 +32,14 @@ class LoneTracer {
   }
 
   /// The hit that the ray has, of a closest-hit query.
-  HWY_INLINE FullHit Hit(const SceneParts& scene, uint32_t instance_id) const {
+  HWY_INLINE FullHit Hit(uint32_t instance_id) const {
     const size_t block_lane = ray_.state >> RayRecord::kLaneShift, i = block_lane % kPartLanes;
     const MeshTable::Name name =
-        NameOfLane(scene.meshes, partition_.order, *last_.block, block_lane);
+        NameOfLane(scene_.meshes, partition_.order, *last_.block, block_lane);
     const auto limited = [&](const float* values) {
       return HWY_MIN(values[i] / last_.divisor[i], 1.0f);
     };
-    return HitOf(scene, instance_id, name, last_.block->second >> block_lane & 1, last_.t[i],
+    return HitOf(scene_, instance_id, name, last_.block->second >> block_lane & 1, last_.t[i],
                  limited(last_.u), limited(last_.v), last_.ng[0][i], last_.ng[1][i],
                  last_.ng[2][i]);
   }
@@ -56,6 +60,9 @@ class LoneTracer {
       const LeafTriangles triangles(DecodeCorners(*block, part));
       const FacetCrossing crossing = CrossFacets<false>(ray_, triangles);
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
+      if (HWY_UNLIKELY(has_filters_) && IsFiltered(*block, crossing.lanes, part)) {
+        return WalkStep::kLeave;
+      }
       if constexpr (kQuery == Query::kAny) {
         if ((crossing.lanes & crossing.within_limit) == 0) continue;
         ray_.tfar = -std::numeric_limits<float>::infinity();
@@ -66,6 +73,18 @@ class LoneTracer {
       if (ray_.hit == leaf.bits()) Keep(*block, crossing, triangles);
     }
     return WalkStep::kNext;
+  }
+
+  /// Whether a filter function is to be asked about a hit of one of some lanes.
+  HWY_NOINLINE bool IsFiltered(const LeafBlock& block, uint64_t lanes, size_t part) const {
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+      const MeshTable::Name name =
+          NameOfLane(scene_.meshes, partition_.order, block, part * kPartLanes + lane);
+      const Geometry& geometry = scene_.meshes.shapes()[name.mesh];
+      if (kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter) return true;
+    }
+    return false;
   }
 
   /// False if the ray has a hit that is as far away.
@@ -104,8 +123,10 @@ class LoneTracer {
     HWY_ALIGN float ng[3][kPartLanes];
   };
 
+  const SceneParts& scene_;
   const PartitionView partition_;
   RayRecord& ray_;
+  const bool has_filters_;
   Last last_;
 };
 

@@ -7,11 +7,8 @@
 #define DACRT_TRACE_TRACE_PACKET_INL_H_
 #endif
 
-#include <optional>
-
 #include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
-#include "rays/packet_view.h"
 #include "trace/group_hits-inl.h"
 #include "trace/stack_memory.h"
 #include "trace/trace_lone-inl.h"
@@ -30,16 +27,14 @@ HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
   RayRecord instance_ray;
   FullHit instance_hit;
   uint32_t caller;
-  std::optional<RayView> view;  // for callbacks
-  if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
-  const CallFrame frame{view ? &*view : nullptr, 0, options, packet.instance_value};
+  const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
   const TraceTask task{scene,
                        scene.partition(),
                        &ray,
                        &hit,
                        !scene.meshes.AllAccept(ray.mask),
-                       !scene.meshes.shapes().has_filters(),
+                       /*keeps_leaf_hits=*/true,
                        frame,
                        split_memory,
                        {&instance_ray, &instance_hit, &caller, 1},
@@ -65,14 +60,13 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   if (!LoadRecord(record, packet.has_masks, ray)) return;
   OpenChildren open;
   ChildWord child = scene.kept->root();
-  const Shapes& shapes = scene.meshes.shapes();
-  if (HWY_LIKELY(!shapes.robust() && !shapes.has_filters() && scene.meshes.AllAccept(ray.mask))) {
-    LoneTracer<kQuery> tracer(scene.partition(), ray);
+  if (HWY_LIKELY(!scene.meshes.shapes().robust() && scene.meshes.AllAccept(ray.mask))) {
+    LoneTracer<kQuery> tracer(scene, ray);
     if (HWY_LIKELY(tracer.Trace(child, open))) {
       if constexpr (kQuery == Query::kAny) {
         if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
       } else if (ray.state & RayRecord::kHasHit) {
-        RecordLayout::WriteRecord(tracer.Hit(scene, packet.instance_value), record);
+        RecordLayout::WriteRecord(tracer.Hit(packet.instance_value), record);
       }
       return;
     }
@@ -88,16 +82,14 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   const uint32_t active = lanes.LoadPacket(packet);
   if (active == 0) return;
   StackMemory<kGroupRays> memory;
-  RayView view;
-  if (HWY_UNLIKELY(scene.has_callbacks)) view = ViewOf(packet);
-  const CallFrame frame{&view, 0, options, packet.instance_value};
+  const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
   const TraceTask task{scene,
                        scene.partition(),
                        memory.rays,
                        memory.hits,
                        !scene.meshes.AllAccept(lanes.CommonMask(active)),
-                       !scene.meshes.shapes().has_filters(),
+                       /*keeps_leaf_hits=*/true,
                        frame,
                        split_memory,
                        memory.ForInstances(),

@@ -11,21 +11,45 @@
 
 namespace dacrt {
 
-/// What hits and callbacks need to know of the call.
+/// What hits and callbacks need to know of the call. Its rays come from a view or from a packet.
 struct CallFrame {
-  template <class T>
-  T Read(RayView::Component component, uint32_t ray, T absent) const {
-    if (component == RayView::kAbsent) return absent;
-    T value;
-    std::memcpy(&value, reinterpret_cast<const void*>(view->Address(component, first + ray)),
-                sizeof(value));
-    return value;
+  /// Values of a caller's ray that are not in its record, or what stands for absent ones.
+  uint32_t Mask(uint32_t ray) const {
+    if (packet && !packet->has_masks) return UINT32_MAX;
+    return Read(PacketComponent::kMask, &RayView::mask, ray, UINT32_MAX);
   }
+  uint32_t Id(uint32_t ray) const {
+    return Read(PacketComponent::kId, &RayView::id, ray, UINT32_MAX);
+  }
+  uint32_t Flags(uint32_t ray) const {
+    return Read(PacketComponent::kFlags, &RayView::flags, ray, UINT32_MAX);
+  }
+  float Time(uint32_t ray) const { return Read(PacketComponent::kTime, &RayView::time, ray, 0.0f); }
 
-  const RayView* view;  ///< null where no callback can be called
-  std::size_t first;    ///< ray of the view with which the piece begins
+  std::size_t ray_count() const { return packet ? packet->lanes : view->count; }
+
+  const RayView* view;      ///< null with a packet
+  const RayPacket* packet;  ///< null with a view
+  std::size_t first;        ///< ray of the view with which the piece begins
   const CallOptions& options;
   uint32_t no_instance;  ///< what hits outside of instances get
+
+ private:
+  template <class T>
+  T Read(PacketComponent component, RayView::Component RayView::*of_view, uint32_t ray,
+         T absent) const {
+    T value = absent;
+    if (packet) {
+      std::memcpy(&value,
+                  static_cast<const float*>(packet->values) +
+                      static_cast<std::size_t>(component) * packet->lanes + ray,
+                  sizeof(value));
+    } else if (view->*of_view != RayView::kAbsent) {
+      std::memcpy(&value, reinterpret_cast<const void*>(view->Address(view->*of_view, first + ray)),
+                  sizeof(value));
+    }
+    return value;
+  }
 };
 
 struct TraceTask;
@@ -39,8 +63,7 @@ struct TraceTask {
   RayRecord* rays;
   FullHit* hits;  ///< by ray number; closest-hit queries only
   bool checks_masks;
-  /// Whether hits of facets are kept by leaf and lane: not where filter functions may change them,
-  /// nor where the partition is soon forgotten.
+  /// Whether hits of facets are kept by leaf and lane: not where the partition is soon forgotten.
   bool keeps_leaf_hits;
   const CallFrame& frame;
   SplitMemory& split_memory;
@@ -60,7 +83,8 @@ struct TraceTask {
       mesh = rays[ray].hit;
       return hits[ray];
     }
-    if (!outer) return finish_hit(*this, ray, mesh);
+    const bool is_own = keeps_leaf_hits && !(rays[ray].state & RayRecord::kOfOuter);
+    if (!outer || is_own) return finish_hit(*this, ray, mesh);
     return outer->HitOf(outer_rays ? outer_rays[ray] : ray, mesh);
   }
 

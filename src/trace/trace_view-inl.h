@@ -144,13 +144,13 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
                ListMemory lists, Statistics* statistics) {
   if (statistics) ++statistics->pieces;
-  const CallFrame frame{&view, first, options, view.instance_value};
+  const CallFrame frame{&view, nullptr, first, options, view.instance_value};
   TraceTask task{scene,
                  scene.partition(),
                  rays,
                  hits,
                  true,
-                 !scene.meshes.shapes().has_filters(),
+                 /*keeps_leaf_hits=*/true,
                  frame,
                  split_memory,
                  instance_memory,
