@@ -66,6 +66,11 @@ class Shapes {
     return BoundItem(geometry, item, 0, derived_[geometry].steps, bounds);
   }
 
+  /// Bounds of a user primitive or an instance that does not move and can be hit.
+  const Box& StillBounds(uint32_t geometry, uint32_t item) const {
+    return derived_[geometry].bounds[item];
+  }
+
   /// Bounds at a moment, of an item that can be hit.
   Box BoundItemAt(uint32_t geometry, uint32_t item, Moment moment) const;
 

@@ -20,8 +20,13 @@ template <class Function>
 HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& item,
                                 const RayNumber* list, size_t count, const Function& function) {
   const Shapes& shapes = task.scene.meshes.shapes();
+  const bool is_moving = shapes.IsMoving(item.mesh);
   Box bounds;
-  if (!shapes.BoundItem(item.mesh, item.primitive, bounds)) return;
+  if (HWY_LIKELY(!is_moving)) {
+    bounds = shapes.StillBounds(item.mesh, item.primitive);
+  } else if (!shapes.BoundItem(item.mesh, item.primitive, bounds)) {
+    return;
+  }
   WideBoxOf<EightPart> box;
   for (int axis = 0; axis < 3; ++axis) {
     box.lower[axis] = WidenDown(hn::Set(kEightTag, bounds.lower[axis]));
@@ -37,7 +42,8 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& it
     }
     const auto enters = Enters(IntersectBox(box, org, reciprocal), hn::Set(kEightTag, ray.tnear),
                                hn::Set(kEightTag, ray.tfar));
-    if (hn::AllFalse(kEightTag, enters) || !shapes.MomentAt(item.mesh, ray.time)) continue;
+    if (hn::AllFalse(kEightTag, enters)) continue;
+    if (HWY_UNLIKELY(is_moving) && !shapes.MomentAt(item.mesh, ray.time)) continue;
     function(list[i]);
   }
 }

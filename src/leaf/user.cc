@@ -32,14 +32,22 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
   const auto lane_of = [&](std::size_t i) {
     return is_packet ? task.CallerOf(rays[i]) % width : i;
   };
-  const auto fill = [&](std::size_t lane, RayNumber ray, int valid) {
+  FullHit before[CallbackPacket::kMostLanes];
+  uint32_t filled = 0;
+  const auto fill = [&](std::size_t lane, RayNumber ray, const FullHit& hit, int valid) {
     packet.SetRay(lane, ray, task.rays[ray].tfar);
-    packet.SetHit(lane, HitOf(task, ray, query));
+    packet.SetHit(lane, hit);
     packet.valid[lane] = valid;
+    filled |= 1u << lane;
   };
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    before[i] = HitOf(task, rays[i], query);
+    fill(lane_of(i), rays[i], before[i], -1);
+  }
   // Lanes without a ray hold the first one.
-  for (std::size_t lane = 0; lane < width; ++lane) fill(lane, rays[0], 0);
-  for (std::size_t i = 0; i < rays.size(); ++i) fill(lane_of(i), rays[i], -1);
+  for (std::size_t lane = 0; lane < width; ++lane) {
+    if (!(filled >> lane & 1)) fill(lane, rays[0], before[0], 0);
+  }
   function(packet.Arguments(query, mesh, primitive));
   for (std::size_t i = 0; i < rays.size(); ++i) {
     RayRecord& ray = task.rays[rays[i]];
@@ -48,8 +56,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
       if (now.t < 0) ray.tfar = now.t;
       continue;
     }
-    const FullHit before = HitOf(task, rays[i], query);
-    if (std::memcmp(&now, &before, sizeof(now)) == 0) continue;
+    if (std::memcmp(&now, &before[i], sizeof(now)) == 0) continue;
     ray.state = RayRecord::kHasHit;
     ray.hit = mesh;
     task.hits[rays[i]] = now;
