@@ -89,7 +89,7 @@ class Solver {
     const Settings settings;
     const RayView no_view;
     const CallOptions options;
-    const CallFrame frame{&no_view, 0, options, UINT32_MAX};
+    const CallFrame frame{&no_view, nullptr, 0, options, UINT32_MAX};
     const PaperTask task{scene_,     settings,   refs,   memory.batch,
                          *scratch_,  statistics, clock_, frame};
     std::vector<Answer> answers;
