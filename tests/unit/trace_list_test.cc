@@ -74,7 +74,7 @@ class Tracer {
     std::vector<FullHit> hits(count);
     const CallOptions options;
     const RayView view;
-    const CallFrame frame{&view, 0, options, UINT32_MAX};
+    const CallFrame frame{&view, nullptr, 0, options, UINT32_MAX};
     WorkspacePool pool(no_memory_);
     SplitMemory own(*scratch_), none(pool);
     SplitMemory& split_memory = way.has_scratch ? own : none;
