@@ -28,8 +28,9 @@ Device::Device(const Config& config)
       engine_(std::make_shared<dacrt::Device>(
           config.settings, [this](std::ptrdiff_t bytes) { return Announce(bytes); })) {
   if (is_verbose_) {
-    std::printf("dacrt %s in place of Embree %s, instruction set %s%s\n", DACRT_VERSION,
-                RTC_VERSION_STRING, std::string(Name(engine_->instruction_set())).c_str(),
+    std::printf("dacrt %s in place of Embree %s, instruction set %s%s\n",
+                std::string(Version()).c_str(), RTC_VERSION_STRING,
+                std::string(Name(engine_->instruction_set())).c_str(),
                 ignore_masks_ ? ", ray masks ignored" : "");
     std::fflush(stdout);
     if (ranks_) NoteRanks(*ranks_);
@@ -99,28 +100,7 @@ ssize_t Device::Property(RTCDeviceProperty property) const {
     case RTC_DEVICE_PROPERTY_VERSION_PATCH:
       return RTC_VERSION_PATCH;
 
-    case RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_RAY_STREAM_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_QUAD_GEOMETRY_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_USER_GEOMETRY_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_POINT_GEOMETRY_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_TASKING_SYSTEM:
-    case RTC_DEVICE_PROPERTY_JOIN_COMMIT_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_PARALLEL_COMMIT_SUPPORTED:
-      return 1;
-
-    case RTC_DEVICE_PROPERTY_BACKFACE_CULLING_CURVES_ENABLED:
-    case RTC_DEVICE_PROPERTY_BACKFACE_CULLING_ENABLED:
-    case RTC_DEVICE_PROPERTY_IGNORE_INVALID_RAYS_ENABLED:
-    case RTC_DEVICE_PROPERTY_COMPACT_POLYS_ENABLED:
-    case RTC_DEVICE_PROPERTY_SUBDIVISION_GEOMETRY_SUPPORTED:
-    case RTC_DEVICE_PROPERTY_CURVE_GEOMETRY_SUPPORTED:
-      return 0;
+#include "features.inc"  // a case for each property in features.txt
   }
   throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "prop = ", static_cast<int>(property),
                  " is no readable property");

@@ -11,11 +11,13 @@
 #include <span>
 
 #include "dacrt/callback.h"
+#include "dacrt/export.h"
 #include "dacrt/geometry.h"
 #include "dacrt/point_query.h"
 #include "dacrt/ray_view.h"
 #include "dacrt/settings.h"
 #include "dacrt/statistics.h"
+#include "dacrt/version.h"
 
 namespace dacrt {
 
@@ -29,7 +31,7 @@ using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 /// are kept between calls.
 ///
 /// Threads: any number may use a device at once.
-class Device {
+class DACRT_API Device {
  public:
   /// Throws std::invalid_argument for illegal settings (see Validate).
   explicit Device(const Settings& settings = {}, MemoryMonitor monitor = nullptr);
@@ -42,16 +44,18 @@ class Device {
   /// The instruction set that is used, never kBest.
   InstructionSet instruction_set() const;
 
-  /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack.
-  /// With a piece of R rays for each of W threads that work on the call (src/engine/call_plan.h)
-  ///     bytes = W * (a number of bytes a ray * R + a constant) + some for each triangle
-  /// and with a kept partition at least those of one thread with a piece of 1,024 rays, which are
-  /// reserved when a scene is made. Calls of up to 256 rays over a kept partition, packets and
-  /// single rays need none but, while subsets are split, that constant; their stack is 80 KiB.
-  /// The constants are stated in src/runtime/workspace.h, and for the triangles in
-  /// src/partition/grid.h where a partition is kept: they are then needed only by the first calls,
-  /// while large subsets are split. The device keeps as many workspaces as threads worked at once,
-  /// each as large as the largest piece that it served.
+  /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack. For T
+  /// triangles and N rays, of which W of the device's D threads trace pieces of R = min(N, 65,536),
+  /// less where threads would go without, they are about
+  ///     with a kept partition  W (152 R + 0.7 million)
+  ///                            + 6 T + 1.3 million + 1.2 million min(D, T / 32,768)
+  ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.7 million
+  /// The second line is needed only by the first calls, while large subsets are split. With a kept
+  /// partition it is at least what one thread needs for a piece of 1,024 rays, which is reserved
+  /// when a scene is made. Calls of up to 256 rays over a kept partition, packets and single rays
+  /// need none but, while subsets are split, the second line; their stack is 80 KiB. The device
+  /// keeps as many workspaces as threads worked at once, each as large as the largest piece that it
+  /// served.
   std::size_t WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const;
 
   /// Bytes of all workspaces that the device holds now, those in use included.
@@ -89,7 +93,7 @@ struct SceneOptions {
 /// Threads: any number may trace one scene at once. Callbacks are called by the thread that calls,
 /// which does all the work of a call on a scene with callbacks: programs let them write to what
 /// belongs to the call, CallOptions::call, without a lock.
-class Scene {
+class DACRT_API Scene {
  public:
   /// Reads every mesh once. Of two meshes with equal geometry_id the later one counts as larger
   /// where distances are equal.

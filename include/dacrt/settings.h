@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "dacrt/export.h"
+
 namespace dacrt {
 
 /// What a batch asks of every ray.
@@ -28,10 +30,10 @@ enum class InstructionSet {
 
 /// The instruction sets that this build can run on this processor, worst first. Never empty,
 /// never contains kBest.
-std::vector<InstructionSet> AvailableInstructionSets();
+DACRT_API std::vector<InstructionSet> AvailableInstructionSets();
 
 /// Names as `SetByName` takes them: "scalar", "avx2", "best" ...; "nabata2013" ...
-std::string_view Name(InstructionSet instruction_set);
+DACRT_API std::string_view Name(InstructionSet instruction_set);
 
 /// The published methods that the engine can follow. They share the kernels, the compaction of rays
 /// and the direct solve, and differ in the steps named here.
@@ -111,15 +113,15 @@ struct Settings {
   uint64_t budget = kDefaultBudget;
 };
 
-std::string_view Name(Algorithm algorithm);
+DACRT_API std::string_view Name(Algorithm algorithm);
 
 /// Sets the member called `name` from its text form, e.g. ("bins", "8"). Switches take 0 and 1, the
 /// budget a number of bytes, "default" or "unlimited".
 /// Throws std::invalid_argument that names the setting, the value and what is legal; `settings`
 /// is then unchanged.
-void SetByName(Settings& settings, std::string_view name, std::string_view value);
+DACRT_API void SetByName(Settings& settings, std::string_view name, std::string_view value);
 
 /// Throws std::invalid_argument, naming the member and its range, unless every member is legal.
-void Validate(const Settings& settings);
+DACRT_API void Validate(const Settings& settings);
 
 }  // namespace dacrt

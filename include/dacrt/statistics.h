@@ -3,10 +3,12 @@
 
 #include <cstdint>
 
+#include "dacrt/export.h"
+
 namespace dacrt {
 
 /// Counts of one `Scene::Trace`. Adding two gives the counts of both calls, and the larger depth.
-struct Statistics {
+struct DACRT_API Statistics {
   uint64_t rays = 0;            ///< active rays (see RayView); 0 where there is no triangle to hit
   uint64_t hits = 0;            ///< of these, rays that hit something
   uint64_t pieces = 0;          ///< pieces that the batch was cut into

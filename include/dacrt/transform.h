@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <span>
 
+#include "dacrt/export.h"
+
 namespace dacrt {
 
 /// Maps a point p to p.x * column[0] + p.y * column[1] + p.z * column[2] + column[3].
@@ -43,13 +45,14 @@ struct TimeRange {
 
 /// The transform at `time`. `steps` must not be empty. Outside of the range, of which a single step
 /// knows nothing, the first or last segment goes on.
-AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange range, float time);
+DACRT_API AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange range,
+                                      float time);
 
 /// The way back. A transform that is not invertible gives numbers that are not finite.
-AffineTransform Inverse(const AffineTransform& transform);
+DACRT_API AffineTransform Inverse(const AffineTransform& transform);
 
 /// The number by which a transform multiplies distances; 0 if that depends on the direction, so
 /// that their squares differ by more than a hundred-thousandth.
-float SimilarityScale(const AffineTransform& transform);
+DACRT_API float SimilarityScale(const AffineTransform& transform);
 
 }  // namespace dacrt

@@ -7,13 +7,14 @@
 
 #include "dacrt/dacrt.h"
 #include "engine/call_plan.h"
+#include "engine/kernels.h"
 #include "runtime/tasks.h"
 #include "runtime/workspace.h"
-#include "engine/kernels.h"
 
 namespace dacrt {
 
-class Device::Implementation {
+// Hidden, although the class that it is in is exported.
+class __attribute__((visibility("hidden"))) Device::Implementation {
  public:
   Implementation(const Settings& settings, MemoryMonitor monitor);
 

@@ -38,8 +38,8 @@ Greeting MakeGreeting(Role role) {
   std::memcpy(greeting.name, kName, sizeof(kName));
   greeting.byte_order = kByteOrder;
   greeting.role = static_cast<uint32_t>(role);
-  std::snprintf(greeting.version, sizeof(greeting.version), "%s, wire %u.%zu", DACRT_VERSION,
-                kWireVersion, sizeof(Settings));
+  std::snprintf(greeting.version, sizeof(greeting.version), "%s, wire %u.%zu",
+                std::string(Version()).c_str(), kWireVersion, sizeof(Settings));
   char host[32] = "";
   gethostname(host, sizeof(host) - 1);
   std::snprintf(greeting.host, sizeof(greeting.host), "%s %llu", host, ProcessNamespace());

@@ -64,7 +64,7 @@ void CheckLanes(const char* name, uint32_t lanes) {
 
 }  // namespace
 
-class Scene::Implementation {
+class __attribute__((visibility("hidden"))) Scene::Implementation {
  public:
   Implementation(std::shared_ptr<Device> shared_device, MeshTable meshes, Keep keep,
                  std::vector<std::shared_ptr<const Scene>> scenes)

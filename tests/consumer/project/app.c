@@ -1,5 +1,5 @@
 /* usage: app LIBRARY, which is "dacrt" or "embree": the library that the caller expects to answer.
- * Traces one ray against one triangle. */
+ * Traces one ray against one triangle, and compares the library's features with the package's. */
 #include <embree3/rtcore.h>
 #include <stdio.h>
 #include <string.h>
@@ -44,6 +44,30 @@ static int ray_hits(void) {
   return ray.hit.geomID == 0 && ray.ray.tfar == 1;
 }
 
+#ifdef HAS_FEATURES
+static int features_are_the_packages(void) {
+  const struct {
+    enum RTCDeviceProperty property;
+    int value;
+    const char* variable;
+  } features[] = {
+#include "features.inc"
+  };
+  int all_equal = 1;
+  RTCDevice device = rtcNewDevice(NULL);
+  for (unsigned i = 0; i < sizeof features / sizeof features[0]; ++i) {
+    if (rtcGetDeviceProperty(device, features[i].property) == features[i].value) continue;
+    fprintf(stderr, "%s = %d, the library says otherwise\n", features[i].variable,
+            features[i].value);
+    all_equal = 0;
+  }
+  rtcReleaseDevice(device);
+  return all_equal;
+}
+#else
+static int features_are_the_packages(void) { return 1; }
+#endif
+
 int main(int argc, char** argv) {
   const char* library = answering_library();
   if (argc != 2 || strcmp(argv[1], library) != 0) {
@@ -54,5 +78,6 @@ int main(int argc, char** argv) {
     fprintf(stderr, "%s does not hit the triangle\n", library);
     return 2;
   }
+  if (!features_are_the_packages()) return 3;
   return 0;
 }
