@@ -1,0 +1,47 @@
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "step_bench.h"
+#include "unit_test.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kept_partition_bench.cc"
+#include <hwy/foreach_target.h>
+
+#include "leaf/leaf_block.h"
+#include "partition/split_subset-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+/// As many triangles as are split in one go.
+void SplitSubset(benchmark::State& state) {
+  constexpr size_t kCount = SubsetScratch::kTriangles;
+  unit::Random random(1);
+  const unit::Mesh mesh = unit::MakeSoup(random, kCount, 1, 0.1f);
+  const TriangleMesh view = mesh.View();
+  const MeshTable table({&view, 1});
+  const auto scratch = std::make_unique<SubsetScratch>();
+  std::vector<uint32_t> order(kCount);
+  for (auto _ : state) {
+    std::iota(order.begin(), order.end(), 0u);
+    benchmark::DoNotOptimize(SplitTriangles(table, kLeafLanes, 0, order, *scratch));
+  }
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * kCount));
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+namespace {
+DACRT_STEP_BENCHMARK("SplitTriangles", SplitSubset);
+}  // namespace
+}  // namespace dacrt
+#endif

@@ -1,0 +1,3 @@
+#include "step_bench.h"
+
+BENCHMARK_MAIN();
