@@ -24,6 +24,7 @@
 #include "geometry/mesh_table.h"
 #include "geometry/triangle_refs.h"
 #include "paper/ray_batch.h"
+#include "random.h"
 
 namespace dacrt::unit {
 
@@ -32,25 +33,10 @@ inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 using Float3 = std::array<float, 3>;
 
-/// SplitMix64: the same numbers on every machine.
-class Random {
+/// The tests' generator, and what geometry wants of it.
+class Random : public tests::Random {
  public:
-  explicit Random(uint64_t seed) : state_(seed) {}
-
-  uint64_t Next() {
-    uint64_t z = state_ += 0x9E3779B97F4A7C15u;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-  }
-
-  /// A whole number below `end`.
-  uint32_t Below(uint32_t end) { return static_cast<uint32_t>((Next() >> 32) * end >> 32); }
-
-  /// In [lower, upper).
-  float Uniform(float lower, float upper) {
-    return lower + (upper - lower) * static_cast<float>(Next() >> 40) * 0x1p-24f;
-  }
+  using tests::Random::Random;
 
   Float3 InCube(float lower, float upper) {
     return {Uniform(lower, upper), Uniform(lower, upper), Uniform(lower, upper)};
@@ -72,9 +58,6 @@ class Random {
     const float magnitude = std::exp2(Uniform(std::log2(smallest), std::log2(largest)));
     return Next() & 1 ? magnitude : -magnitude;
   }
-
- private:
-  uint64_t state_;
 };
 
 /// An array between two pages that may not be touched. Its end is at the second one; its start is
