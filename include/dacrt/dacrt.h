@@ -66,15 +66,15 @@ class Device {
   InstructionSet instruction_set() const;
 
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack.
-  /// With a piece of R rays for each of W threads that work on the call
+  /// With a piece of R rays for each of W threads that work on the call (src/engine/call_plan.h)
   ///     bytes = W * (a number of bytes a ray * R + a constant) + some for each triangle
   /// and with a kept partition at least those of one thread with a piece of 1,024 rays, which are
   /// reserved when a scene is made. Calls of up to 256 rays over a kept partition, packets and
   /// single rays need none but, while subsets are split, that constant; their stack is 80 KiB.
-  /// Pieces have at most 65,536 rays over a kept partition, where the bytes for triangles are
-  /// needed only by the first calls, while large subsets are split; else Settings::piece_rays. The
-  /// device keeps as many workspaces as threads worked at once, each as large as the largest piece
-  /// that it served.
+  /// The constants are stated in src/runtime/workspace.h, and for the triangles in
+  /// src/partition/grid.h where a partition is kept: they are then needed only by the first calls,
+  /// while large subsets are split. The device keeps as many workspaces as threads worked at once,
+  /// each as large as the largest piece that it served.
   std::size_t WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const;
 
   /// Bytes of all workspaces that the device holds now, those in use included.
