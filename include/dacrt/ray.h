@@ -62,7 +62,7 @@ static_assert(sizeof(Ray) == 48 && sizeof(Hit) == 32 && sizeof(RayHit) == 80);
 
 /// Where rays, and rays with hits, stand: for Scene::Trace. A view of rays alone is for
 /// Query::kAny; with Query::kClosest it gets the distances and nothing else.
-RayView ViewOf(std::span<Ray> rays);
-RayView ViewOf(std::span<RayHit> rays);
+__attribute__((visibility("default"))) RayView ViewOf(std::span<Ray> rays);
+__attribute__((visibility("default"))) RayView ViewOf(std::span<RayHit> rays);
 
 }  // namespace dacrt
