@@ -149,7 +149,7 @@ void SetByName(Settings& settings, std::string_view name, std::string_view value
     }
     names.append(" ").append(entry.name);
   }
-  throw Error(Error::Kind::kArgument, "Settings", std::string(name), Quoted(value),
+  throw Error(Error::Kind::kArgument, "Settings", "name", Quoted(name),
               "there is no such setting; the settings are " + names);
 }
 

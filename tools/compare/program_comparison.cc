@@ -28,8 +28,10 @@ const ProgramRun& MedianRun(std::vector<ProgramRun>& runs) {
 }
 
 std::string Ended(const ProgramRun& run) {
-  return "exit code " + std::to_string(run.exit_code) +
-         (run.last_words.empty() ? "" : ", after \"" + run.last_words + '"');
+  std::string text = "exit code ";
+  text += std::to_string(run.exit_code);
+  if (!run.last_words.empty()) text.append(", after \"").append(run.last_words).append("\"");
+  return text;
 }
 
 void CheckWithEmbree(const std::string& program, const ProgramRun& run, const Options& options) {
