@@ -31,8 +31,10 @@
 #include <cstdint>
 #include <ranges>
 #include <span>
+#include <string>
 #include <type_traits>
 
+#include "dacrt/error.h"
 #include "dacrt/in_place.h"
 #include "dacrt/ray_view.h"
 
@@ -145,8 +147,8 @@ class RayViewBuilder {
   }
 };
 
-/// Records, each a ray, or a packet of rays where the members are arrays of as many values; side by
-/// side, or behind a table of pointers, none of which is null.
+/// Records, each a ray, or a packet of rays where the members are arrays, all of as many values
+/// (else Error is thrown); side by side, or behind a table of pointers, none of which is null.
 template <class Record>
 class RayRecords : public RayViewBuilder<RayRecords<Record>> {
  public:
@@ -196,6 +198,10 @@ class RayRecords : public RayViewBuilder<RayRecords<Record>> {
 
   void SetLanes(std::size_t lanes) {
     if (this->view_.lanes == lanes) return;
+    if (this->view_.lanes != 1) {
+      throw Error(Error::Kind::kArgument, "RaysIn", "member", std::to_string(lanes) + " values",
+                  "other members have " + std::to_string(this->view_.lanes));
+    }
     this->view_.count *= lanes;
     this->view_.lanes = lanes;
     this->view_.lane_stride = sizeof(float);

@@ -255,12 +255,21 @@ TEST_F(NativeTest, InterleavedPackets) {
                            .PrimitiveId(&Eight::primitive)
                            .Count(rays_.size());
   EXPECT_EQ(view.lanes, 8u);
+  EXPECT_EQ(RayView(RaysIn(packets).Tfar(&Eight::t)).count, packets.size() * 8);
   const Statistics statistics = scene_->Trace(Query::kClosest, view);
   EXPECT_EQ(statistics.rays, rays_.size());
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     EXPECT_EQ(packets[i / 8].t[i % 8], found_[i].ray.tfar);
     EXPECT_EQ(packets[i / 8].primitive[i % 8], found_[i].hit.primitive_id);
   }
+}
+
+TEST_F(NativeTest, PacketsOfDifferentWidthsAreRefused) {
+  struct Uneven {
+    float x[8], y[8], z[8], t[4];
+  };
+  std::vector<Uneven> packets(1);
+  EXPECT_THROW(RaysIn(packets).Origin(&Uneven::x, &Uneven::y, &Uneven::z).Tfar(&Uneven::t), Error);
 }
 
 // -- Arrays of geometry ---------------------------------------------------------------------------
