@@ -1,5 +1,5 @@
 // A library that stands in front of one with Embree's interface (LD_PRELOAD): passes the calls on,
-// and counts those that trace rays, make commits or points queries, and the time that they take.
+// and counts those that trace rays, look for points or commit scenes, and the time that they take.
 //
 // Compiled against Embree's headers, so that a signature that drifts does not build.
 #include <dlfcn.h>

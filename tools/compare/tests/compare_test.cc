@@ -72,7 +72,7 @@ TEST(RunProgramTest, CountsTheCallsOfBothLibraries) {
   ExpectKnownCalls(dacrt);
 }
 
-TEST(RunProgramTest, APogramThatCrashesHasBeenCounted) {
+TEST(RunProgramTest, AProgramThatCrashesHasBeenCounted) {
   const ProgramRun run = RunProgram({KNOWN_CALLS, "crash"}, COUNTER, "", "");
   EXPECT_EQ(run.exit_code, 128 + 6);
   ExpectKnownCalls(run);
