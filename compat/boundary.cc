@@ -1,9 +1,9 @@
 #include "boundary.h"
 
 #include <new>
-#include <stdexcept>
 #include <utility>
 
+#include "dacrt/error.h"
 #include "device.h"
 
 namespace dacrt::compat {
@@ -19,10 +19,10 @@ std::pair<RTCError, std::string> TranslateCurrentException() {
     return {error.code(), error.what()};
   } catch (const std::bad_alloc&) {
     return {RTC_ERROR_OUT_OF_MEMORY, "out of memory"};
-  } catch (const std::invalid_argument& error) {
-    return {RTC_ERROR_INVALID_ARGUMENT, error.what()};
-  } catch (const std::length_error& error) {
-    return {RTC_ERROR_INVALID_OPERATION, error.what()};
+  } catch (const Error& error) {
+    return {error.kind() == Error::Kind::kTooLarge ? RTC_ERROR_INVALID_OPERATION
+                                                   : RTC_ERROR_INVALID_ARGUMENT,
+            error.what()};
   } catch (const std::exception& error) {
     return {RTC_ERROR_UNKNOWN, error.what()};
   } catch (...) {

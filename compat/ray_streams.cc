@@ -1,5 +1,7 @@
 #include "ray_streams.h"
 
+#include "dacrt/ray.h"
+
 namespace dacrt::compat {
 namespace {
 
@@ -42,6 +44,11 @@ static_assert(offsetof(RTCRayHit8, hit) == Place<8>(kRayFields));
 static_assert(offsetof(RTCRayHit16, hit) == Place<16>(kRayFields));
 static_assert(offsetof(RTCRay16, tfar) == Place<16>(kTfar));
 static_assert(offsetof(RTCHit16, instID) == Place<16>(kInstId));
+
+// A program that has both kinds of records may take the one for the other.
+static_assert(sizeof(RTCRayHit) == sizeof(dacrt::RayHit));
+static_assert(offsetof(RTCRayHit, ray.tfar) == offsetof(dacrt::RayHit, ray.tfar));
+static_assert(offsetof(RTCRayHit, hit.instID) == offsetof(dacrt::RayHit, hit.instance_id));
 
 /// Places the components of a packet of `lanes` rays that starts at `start`, which is an address
 /// or, with a table of pointers, zero.

@@ -58,7 +58,7 @@ struct CallbackArguments {
 };
 
 /// A function of the program's, with what it is to be called with. None if `function` is null.
-/// A callback may trace rays itself. It must not throw.
+/// A callback may trace rays itself. It must not throw. callback_of.h makes one of a lambda.
 struct Callback {
   void (*function)(void* data, const CallbackArguments& arguments) = nullptr;
   void* data = nullptr;
@@ -67,10 +67,28 @@ struct Callback {
   void operator()(const CallbackArguments& arguments) const { function(data, arguments); }
 };
 
+/// Told how far a call of Scene::Trace is: `done` of its `rays` have their answers. None if
+/// `function` is null.
+///
+/// Called when a piece of the batch is done, at most 65,536 rays, by one thread at a time of those
+/// that work on the call. Not called by calls of up to 256 rays. It must not throw.
+///
+/// Returns whether to go on. If not, the call returns as soon as the pieces that threads are
+/// working on are done: all rays of a piece have their answers then, or none has changed. The
+/// caller knows what its own function has said; nothing is thrown.
+struct Progress {
+  bool (*function)(void* data, std::size_t done, std::size_t rays) = nullptr;
+  void* data = nullptr;
+
+  explicit operator bool() const { return function != nullptr; }
+  bool operator()(std::size_t done, std::size_t rays) const { return function(data, done, rays); }
+};
+
 /// What one call of Scene::Trace hands to callbacks.
 struct CallOptions {
   uint32_t callback_width = 16;  ///< lanes of the packets that callbacks see: 1 to 16
   void* call = nullptr;          ///< handed on to callbacks
+  Progress progress = {};
 };
 
 }  // namespace dacrt

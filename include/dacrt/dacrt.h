@@ -1,19 +1,39 @@
 // dacrt: batches of rays against triangles, without an acceleration structure built beforehand.
 //
 // Method: Nabata, Iwasaki, Dobashi, Nishita, "Efficient Divide-And-Conquer Ray Tracing using Ray
-// Sampling", HPG 2013.
+// Sampling", HPG 2013. What a scene finds out about its triangles while rays are traced it may keep
+// (Settings::budget): a bounding volume hierarchy, eight wide and quantised, that is built where
+// rays come.
+//
+//   std::vector<float> vertices = {0, 0, 0, 4, 0, 0, 0, 4, 0};
+//   std::vector<uint32_t> triangles = {0, 1, 2};
+//   dacrt::Scene scene(std::make_shared<dacrt::Device>(), dacrt::Triangles(vertices, triangles));
+//   std::vector<dacrt::RayHit> rays(1);
+//   rays[0].ray = {.org = {1, 1, 2}, .dir = {0, 0, -1}};
+//   scene.ClosestHits(rays);
+//   if (rays[0].hit) std::printf("hit at t = %g\n", rays[0].ray.tfar);
+//
+// This header includes all of the API but callback_of.h (callbacks from lambdas) and mpi.h (several
+// processes). Lengths are in the program's unit, times as it likes. What goes wrong is told by
+// exceptions: see error.h.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
+#include "dacrt/arrays.h"
 #include "dacrt/callback.h"
+#include "dacrt/error.h"
 #include "dacrt/export.h"
 #include "dacrt/geometry.h"
 #include "dacrt/point_query.h"
+#include "dacrt/ray.h"
+#include "dacrt/ray_layout.h"
 #include "dacrt/ray_view.h"
 #include "dacrt/settings.h"
 #include "dacrt/statistics.h"
@@ -23,17 +43,20 @@ namespace dacrt {
 
 /// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
 /// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
-/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any thread
-/// may call it.
+/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any
+/// thread may call it. It must not throw.
 using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 
-/// Owns what calls share: the settings, the choice of instruction set, and the workspaces, which
-/// are kept between calls.
+/// Owns what calls share: the settings, the choice of instruction set, the threads, and the
+/// workspaces, which are kept between calls.
+///
+/// A program needs one. Several are for parts of a program that are to have settings, budgets,
+/// threads or a memory monitor of their own; their scenes cannot be instances of each other.
 ///
 /// Threads: any number may use a device at once.
 class DACRT_API Device {
  public:
-  /// Throws std::invalid_argument for illegal settings (see Validate).
+  /// Throws Error for illegal settings (see Validate).
   explicit Device(const Settings& settings = {}, MemoryMonitor monitor = nullptr);
   ~Device();
   Device(const Device&) = delete;
@@ -84,7 +107,19 @@ struct SceneOptions {
   bool robust = false;
 };
 
+/// A Geometry, or what holds several of them one behind the other.
+template <class T>
+concept OneOrMoreGeometries =
+    std::same_as<T, Geometry> || std::convertible_to<const T&, std::span<const Geometry>>;
+
 /// A committed, immutable set of geometries.
+///
+/// Change: what has moved, come or gone is said by making another scene, of the same device, over
+/// the same arrays; the old one may go before or after. Making one reads every mesh once, some
+/// nanoseconds a triangle, and what the old one had found out of these triangles is found out anew
+/// where rays come. So what stays still while other things move belongs in a scene of its own, of
+/// which the one that is made anew has an instance (InstanceOf): it keeps what it has, and what
+/// moves without changing its shape is an instance with another transform.
 ///
 /// Primitives with an index outside the vertices, or with a coordinate that is not finite or beyond
 /// 1.8e18 in magnitude at any time step, are left out: no ray hits them, and they do not enter the
@@ -97,17 +132,24 @@ class DACRT_API Scene {
  public:
   /// Reads every mesh once. Of two meshes with equal geometry_id the later one counts as larger
   /// where distances are equal.
-  /// Throws std::invalid_argument if a pointer is null while its count is not zero, or if an
-  /// address or stride is not a multiple of four; std::length_error if there are 2^31 - 1
-  /// triangles or more; std::bad_alloc if the memory of what is kept, or of the least workspace,
-  /// cannot be had.
+  /// Throws Error if the device is null, if a pointer is null while its count is not zero, if an
+  /// address or stride is not a multiple of four, or if there are 2^31 - 1 triangles or more
+  /// (Error::Kind::kTooLarge); std::bad_alloc if the memory of what is kept, or of the least
+  /// workspace, cannot be had.
   Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,
         Keep keep = Keep::kByBudget);
 
-  /// The same for geometries of every shape. Throws std::invalid_argument too if an instance has no
-  /// scene or one of another device, or if counts of time steps are out of range or differ.
+  /// The same for geometries of every shape. Throws Error too if an instance has no scene or one of
+  /// another device, or if counts of time steps are out of range or differ.
   Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
         const SceneOptions& options);
+
+  /// The same for one geometry, or for a std::vector or an array of them.
+  template <OneOrMoreGeometries Geometries>
+  Scene(std::shared_ptr<Device> device, const Geometries& geometries,
+        const SceneOptions& options = {})
+      : Scene(std::move(device), AsSpan(geometries), options) {}
+
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
@@ -144,18 +186,42 @@ class DACRT_API Scene {
   /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory
   /// only if other calls have all that there is.
   ///
-  /// Returns what was counted; nothing for calls of up to 256 rays over a kept partition, which take
-  /// a shorter way.
+  /// Returns what was counted; nothing for calls of up to 256 rays over a kept partition, which
+  /// take a shorter way.
   ///
-  /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
-  /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.
+  /// Throws Error if a component that must be present is absent or lanes is 0, and std::bad_alloc
+  /// if not even the least workspace can be had; no ray has changed then.
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
 
   /// The same for a packet or a single ray, by the shortest way: on the stack and the thread of the
   /// caller, without counting.
   ///
-  /// Throws std::invalid_argument if lanes is not 1 to 16. Where nothing is kept, as Trace.
+  /// Throws Error if lanes is not 1 to 16. Where nothing is kept, as Trace.
   void Trace(Query query, const RayPacket& packet, const CallOptions& options = {}) const;
+
+  /// Finds the closest hit of every ray: Trace with Query::kClosest over these records. Where a ray
+  /// hits, its tfar and its hit are written; what misses stays as it was.
+  Statistics ClosestHits(std::span<RayHit> rays, const CallOptions& options = {}) const {
+    return Trace(Query::kClosest, ViewOf(rays), options);
+  }
+
+  /// Finds out whether there is anything along every ray, for shadows and lines of sight: Trace
+  /// with Query::kAny. Ray::IsOccluded tells it afterwards.
+  Statistics AnyHits(std::span<Ray> rays, const CallOptions& options = {}) const {
+    return Trace(Query::kAny, ViewOf(rays), options);
+  }
+
+  /// The same for a single ray, by the shortest way. Returns whether it hits. A batch costs less a
+  /// ray.
+  bool ClosestHit(RayHit& ray, const CallOptions& options = {}) const {
+    ray.hit = {};
+    Trace(Query::kClosest, RayPacket{&ray}, options);
+    return static_cast<bool>(ray.hit);
+  }
+  bool AnyHit(Ray ray, const CallOptions& options = {}) const {
+    Trace(Query::kAny, RayPacket{&ray}, options);
+    return ray.IsOccluded();
+  }
 
   /// Calls the point callbacks of the geometries for the primitives within the radius of a point,
   /// each once, in instances once an instance. A primitive is within the radius if its bounds at
@@ -171,6 +237,11 @@ class DACRT_API Scene {
   void QueryPoint(const PointQuery& query) const;
 
  private:
+  static std::span<const Geometry> AsSpan(const Geometry& geometry) { return {&geometry, 1}; }
+  static std::span<const Geometry> AsSpan(std::span<const Geometry> geometries) {
+    return geometries;
+  }
+
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

@@ -74,7 +74,8 @@ struct LocalScene {
 /// `scene`, which `device` made. Both must outlive what is made of it.
 inline LocalScene Local(const Device& device, const Scene& scene) {
   return {&scene,
-          [&scene](Query query, const RayView& rays, const CallOptions& options) {
+          [&scene](Query query, const RayView& rays, CallOptions options) {
+            options.progress = {};  // what one rank has done of its part says nothing of the call
             scene.Trace(query, rays, options);
           },
           scene.bounds(), device.settings(), device.instruction_set()};
@@ -85,7 +86,7 @@ class GroupScene {
  public:
   virtual ~GroupScene() = default;
 
-  /// As dacrt::Scene::Trace.
+  /// As dacrt::Scene::Trace, but that CallOptions::progress is not called.
   ///
   /// Mode::kReplicate: called by rank 0, from any number of threads; one of them shares its call,
   /// the others trace with the local engine meanwhile. Throws Fault after a rank was lost, in that
@@ -124,7 +125,7 @@ class Group {
   /// later is not seen by the other ranks. Throws nothing for a lost rank: the next Trace does.
   ///
   /// Mode::kDivide: collective; every rank with its own geometries, none too. Geometry IDs are the
-  /// caller's, and should differ between ranks. Throws Fault, and std::invalid_argument if ranks
+  /// caller's, and should differ between ranks. Throws Fault, and Error if ranks
   /// use different instruction sets.
   virtual std::unique_ptr<GroupScene> Commit(const LocalScene& local,
                                              std::span<const Geometry> geometries,

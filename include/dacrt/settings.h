@@ -117,11 +117,11 @@ DACRT_API std::string_view Name(Algorithm algorithm);
 
 /// Sets the member called `name` from its text form, e.g. ("bins", "8"). Switches take 0 and 1, the
 /// budget a number of bytes, "default" or "unlimited".
-/// Throws std::invalid_argument that names the setting, the value and what is legal; `settings`
-/// is then unchanged.
+/// Throws Error (error.h) that names the setting, the value and what is legal; `settings` is then
+/// unchanged.
 DACRT_API void SetByName(Settings& settings, std::string_view name, std::string_view value);
 
-/// Throws std::invalid_argument, naming the member and its range, unless every member is legal.
+/// Throws Error, naming the member and its range, unless every member is legal.
 DACRT_API void Validate(const Settings& settings);
 
 }  // namespace dacrt

@@ -1,12 +1,18 @@
 // Writing the picture.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
-
-#include "ambient_occlusion/render.h"
+#include <vector>
 
 namespace ao {
+
+struct Image {
+  uint32_t width;
+  uint32_t height;
+  std::vector<float> pixels;  // linear red, green, blue, row after row from the top
+};
 
 // A picture to be written: PNG and JPEG hold 8 bits in sRGB, OpenEXR linear half floats.
 class ImageFile {

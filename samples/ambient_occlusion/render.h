@@ -2,19 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "ambient_occlusion/embree_scene.h"
+#include "ambient_occlusion/image_file.h"
 #include "ambient_occlusion/options.h"
 #include "ambient_occlusion/view.h"
 
 namespace ao {
-
-struct Image {
-  uint32_t width;
-  uint32_t height;
-  std::vector<float> pixels;  // linear red, green, blue, row after row from the top
-};
 
 // Rays, and the time that Embree took to trace them.
 struct Traced {

@@ -1,7 +1,8 @@
 #include "dacrt/settings.h"
 
 #include <charconv>
-#include <stdexcept>
+
+#include "dacrt/error.h"
 
 namespace dacrt {
 namespace {
@@ -52,9 +53,10 @@ constexpr ChoiceName<Algorithm> kAlgorithms[] = {
     {"mora2011", Algorithm::kMora2011},
 };
 
+std::string Quoted(std::string_view text) { return '"' + std::string(text) + '"'; }
+
 [[noreturn]] void Refuse(std::string_view name, std::string_view value, const std::string& legal) {
-  throw std::invalid_argument("setting " + std::string(name) + ": \"" + std::string(value) +
-                              "\" is not legal; " + legal);
+  throw Error(Error::Kind::kArgument, "Settings", std::string(name), Quoted(value), legal);
 }
 
 std::string Range(const NumberSetting& number) {
@@ -147,8 +149,8 @@ void SetByName(Settings& settings, std::string_view name, std::string_view value
     }
     names.append(" ").append(entry.name);
   }
-  throw std::invalid_argument("there is no setting \"" + std::string(name) +
-                              "\"; the settings are " + names);
+  throw Error(Error::Kind::kArgument, "Settings", "name", Quoted(name),
+              "there is no such setting; the settings are " + names);
 }
 
 void Validate(const Settings& settings) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "dacrt/error.h"
 #include "leaf/leaf_block.h"
 #include "scene/scene_parts.h"
 
@@ -96,9 +96,10 @@ void MeshTable::Add(const TriangleMesh& mesh) {
   // Compared before they are added: counts that the caller got wrong may overflow the sum.
   constexpr std::size_t kMostTriangles = std::numeric_limits<int32_t>::max() - 1;
   if (mesh.triangle_count > kMostTriangles - triangle_count_) {
-    throw std::length_error("Scene: more than 2^31 - 2 primitives with the " +
-                            std::to_string(mesh.triangle_count) + " of geometry " +
-                            std::to_string(mesh.geometry_id));
+    throw Error(Error::Kind::kTooLarge, "Scene",
+                "geometry " + std::to_string(mesh.geometry_id) + ": primitive count",
+                std::to_string(mesh.triangle_count),
+                "the scene would have more than 2^31 - 2 primitives");
   }
   first_.push_back(static_cast<uint32_t>(triangle_count_));
   triangle_count_ += mesh.triangle_count;

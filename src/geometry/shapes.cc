@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "dacrt/error.h"
 #include "geometry/triangle_refs.h"
 #include "scene/scene_parts.h"
 
@@ -32,22 +32,23 @@ bool HasPoints(Shape shape) {
   return shape == Shape::kSpheres || shape == Shape::kDiscs || shape == Shape::kOrientedDiscs;
 }
 
-std::string Where(uint32_t geometry_id) {
-  return "Scene: geometry " + std::to_string(geometry_id) + ": ";
+[[noreturn]] void Refuse(const Geometry& geometry, const char* member, const std::string& value,
+                         const std::string& reason, Error::Kind kind = Error::Kind::kArgument) {
+  throw Error(kind, "Scene", "geometry " + std::to_string(geometry.geometry_id) + ": " + member,
+              value, reason);
 }
 
 void CheckArray(const Array& array, std::size_t count, const char* name, const Geometry& geometry) {
   if (count == 0) return;
-  const std::string where = Where(geometry.geometry_id) + name;
   if (array.data == nullptr) {
-    throw std::invalid_argument(where + " is null, but its count is " + std::to_string(count));
+    Refuse(geometry, name, "null", "its count is " + std::to_string(count));
   }
-  if (reinterpret_cast<std::uintptr_t>(array.data) % 4 != 0) {
-    throw std::invalid_argument(where + " is not aligned to 4 bytes");
+  const auto address = reinterpret_cast<std::uintptr_t>(array.data);
+  if (address % 4 != 0) {
+    Refuse(geometry, name, std::to_string(address), "the address is not aligned to 4 bytes");
   }
   if (array.stride % 4 != 0) {
-    throw std::invalid_argument(where + " has stride " + std::to_string(array.stride) +
-                                ", which is not a multiple of 4");
+    Refuse(geometry, name, "stride " + std::to_string(array.stride), "no multiple of 4");
   }
 }
 
@@ -57,8 +58,7 @@ const char* PrimitivesName(Shape shape) {
 
 void CheckSteps(std::size_t steps, const char* name, const Geometry& geometry) {
   if (steps >= 1 && steps <= kMostSteps) return;
-  throw std::invalid_argument(Where(geometry.geometry_id) + name + " has " + std::to_string(steps) +
-                              " time steps, not 1 to 129");
+  Refuse(geometry, name, std::to_string(steps) + " time steps", "it takes 1 to 129");
 }
 
 void CheckArrays(const Geometry& geometry) {
@@ -72,8 +72,8 @@ void CheckArrays(const Geometry& geometry) {
   }
   if (geometry.shape != Shape::kOrientedDiscs) return;
   if (geometry.normals.size() != geometry.vertices.size()) {
-    throw std::invalid_argument(Where(geometry.geometry_id) +
-                                "normals and vertices differ in their time steps");
+    Refuse(geometry, "normals", std::to_string(geometry.normals.size()) + " time steps",
+           "vertices have " + std::to_string(geometry.vertices.size()));
   }
   for (const Array& array : geometry.normals)
     CheckArray(array, geometry.vertex_count, "normals", geometry);
@@ -187,7 +187,10 @@ void Shapes::Derive(uint32_t geometry) {
   if (g.shape != Shape::kGrids) return;
   std::size_t cells = 0;
   for (uint32_t grid = 0; grid < g.primitive_count; ++grid) {
-    if (cells >= UINT32_MAX) throw std::length_error(Where(g.geometry_id) + "too many grid cells");
+    if (cells >= UINT32_MAX) {
+      Refuse(g, "primitives", std::to_string(cells) + " grid cells", "too many to be numbered",
+             Error::Kind::kTooLarge);
+    }
     derived.first_cells.push_back(static_cast<uint32_t>(cells));
     const auto primitive = Read<GridPrimitive>(g.primitives, grid);
     const auto is_legal = [](uint32_t count) { return count >= kLeastGrid && count <= kMostGrid; };
@@ -338,8 +341,8 @@ bool Shapes::ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& f
   ReadFacet(geometry, item, moment.step + 1, end);
   for (int corner = 0; corner < 4; ++corner) {
     for (int axis = 0; axis < 3; ++axis) {
-      facet.corner[corner][axis] = Interpolate(facet.corner[corner][axis],
-                                               end.corner[corner][axis], moment.fraction);
+      facet.corner[corner][axis] =
+          Interpolate(facet.corner[corner][axis], end.corner[corner][axis], moment.fraction);
     }
   }
   return true;

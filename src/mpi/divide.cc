@@ -92,9 +92,10 @@ std::unique_ptr<GroupScene> DividedGroup::Commit(const LocalScene& local,
   DividedParts parts{next_scene_++, {}, false, KeyBounds(geometries)};
   for (const PartSummary& summary : summaries) {
     if (summary.instruction_set != local.instruction_set) {
-      throw std::invalid_argument(
-          "ranks use different instruction sets, and would find different hits: limit all to one, "
-          "with isa");
+      throw Error(Error::Kind::kArgument, "Commit", "instruction_set",
+                  std::string(Name(summary.instruction_set)),
+                  "ranks use different ones, and would find different hits: limit all to one, "
+                  "with isa");
     }
     parts.bounds.push_back(summary.bounds);
     parts.has_callbacks |= summary.has_callbacks != 0;

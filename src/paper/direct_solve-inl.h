@@ -95,13 +95,13 @@ HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
 
 /// Whether a hit at `t` of (mesh, primitive) replaces what the ray has: `hit` at `tfar`, or nothing
 /// within its own `tfar`. `within_limit` says that the hit passes Embree's test against tfar.
-inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive, const Hit& hit,
-                     float tfar) {
+inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive,
+                     const PaperHit& hit, float tfar) {
   if (t < tfar) return true;
   // At the ray's own tfar, t may have rounded to a larger number. (kNone has the flag, too.)
-  if (!(hit.mesh & Hit::kAtLimit ? within_limit : t == tfar)) return false;
-  if (hit.mesh == Hit::kNone) return true;
-  const uint32_t hit_mesh = hit.mesh & ~Hit::kAtLimit;
+  if (!(hit.mesh & PaperHit::kAtLimit ? within_limit : t == tfar)) return false;
+  if (hit.mesh == PaperHit::kNone) return true;
+  const uint32_t hit_mesh = hit.mesh & ~PaperHit::kAtLimit;
   return mesh != hit_mesh ? mesh < hit_mesh : primitive < hit.primitive;
 }
 
@@ -119,11 +119,11 @@ inline void TakePair(const PaperTask& task, size_t slot, const MeetingPairs& pai
   if constexpr (kQuery == Query::kAny) {
     if (within_limit) tfar = -std::numeric_limits<float>::infinity();
   } else {
-    Hit& hit = batch.hits[index];
+    PaperHit& hit = batch.hits[index];
     if (!IsCloser(pairs.key[lane], within_limit, mesh, primitive, hit, tfar)) return;
     // Only a hit that lowers the distance is known to lie within the ray's own tfar.
-    const bool at_limit = pairs.key[lane] >= tfar && (hit.mesh & Hit::kAtLimit);
-    hit = {primitive, at_limit ? mesh | Hit::kAtLimit : mesh};
+    const bool at_limit = pairs.key[lane] >= tfar && (hit.mesh & PaperHit::kAtLimit);
+    hit = {primitive, at_limit ? mesh | PaperHit::kAtLimit : mesh};
     tfar = std::min(pairs.key[lane], tfar);
   }
 }
@@ -190,8 +190,8 @@ void SolveDirect(const PaperTask& task, const TriangleRange& triangles, const Ra
   for (size_t begin = triangles.begin; begin < triangles.end; begin += TriangleBlock::kCapacity) {
     const size_t count = std::min(triangles.end - begin, TriangleBlock::kCapacity);
     GatherTriangles(
-        task.scene.meshes, count, [&](size_t i) -> const TriangleRef& { return task.refs[begin + i]; },
-        block);
+        task.scene.meshes, count,
+        [&](size_t i) -> const TriangleRef& { return task.refs[begin + i]; }, block);
     TestBlock<kQuery>(task, rays);
   }
 }

@@ -53,7 +53,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
     batch.index[slot] = static_cast<uint32_t>(i);
     batch.ray_masks[i] = mask;
     common_mask &= mask;
-    if (query == Query::kClosest) batch.hits[i] = {Hit::kNone, Hit::kNone};
+    if (query == Query::kClosest) batch.hits[i] = {PaperHit::kNone, PaperHit::kNone};
     ++slot;
   }
   if (meshes.AllAccept(common_mask)) batch.ray_masks = nullptr;

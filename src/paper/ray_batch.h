@@ -21,7 +21,7 @@ struct RayBlock {
 
 /// Which triangle a ray hits so far, by the ray's number in the piece. Where and how is computed
 /// anew when the hits are stored.
-struct Hit {
+struct PaperHit {
   static constexpr uint32_t kNone = UINT32_MAX;
   /// Flag in `mesh`: the distance is the ray's own tfar, not one that an earlier hit set.
   static constexpr uint32_t kAtLimit = 0x80000000u;
@@ -65,9 +65,9 @@ struct RayBatch {
   std::size_t bits_top = 0;   ///< first free byte
   std::size_t bits_capacity;  ///< bytes
 
-  Hit* hits;            ///< by ray number; closest-hit queries only
-  FullHit* full_hits;   ///< the same, where a scene holds more than still triangles; Hit::mesh is
-                        ///< then all that counts of the other
+  PaperHit* hits;      ///< by ray number; closest-hit queries only
+  FullHit* full_hits;  ///< the same, where a scene holds more than still triangles; PaperHit::mesh
+                       ///< is then all that counts of the other
   uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every mesh
 
   ConicPackets cones;

@@ -37,10 +37,10 @@ inline void MakeRecord(const PaperTask& task, size_t slot, RayRecord& ray, FullH
   ray.time = task.frame.Time(index);
   SetReciprocals(ray);
   ray.state = RayRecord::kAtLimit;
-  if (kQuery == Query::kAny || batch.hits[index].mesh == Hit::kNone) return;
+  if (kQuery == Query::kAny || batch.hits[index].mesh == PaperHit::kNone) return;
   ray.state = RayRecord::kHasHit;
-  if (batch.hits[index].mesh & Hit::kAtLimit) ray.state |= RayRecord::kAtLimit;
-  ray.hit = batch.hits[index].mesh & ~Hit::kAtLimit;
+  if (batch.hits[index].mesh & PaperHit::kAtLimit) ray.state |= RayRecord::kAtLimit;
+  ray.hit = batch.hits[index].mesh & ~PaperHit::kAtLimit;
   hit = batch.full_hits[index];
 }
 
@@ -52,7 +52,7 @@ inline void TakeRecord(const PaperTask& task, size_t slot, const RayRecord& ray,
   batch.tfar[slot] = ray.tfar;
   if (kQuery == Query::kAny || !(ray.state & RayRecord::kHasHit)) return;
   const uint32_t index = batch.index[slot];
-  batch.hits[index] = {0, ray.state & RayRecord::kAtLimit ? ray.hit | Hit::kAtLimit : ray.hit};
+  batch.hits[index] = {0, ray.state & RayRecord::kAtLimit ? ray.hit | PaperHit::kAtLimit : ray.hit};
   batch.full_hits[index] = hit;
 }
 

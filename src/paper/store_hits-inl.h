@@ -36,7 +36,7 @@ inline size_t StoreFullHits(const RayView& view, size_t first, const RayBatch& b
   size_t hits = 0;
   for (size_t slot = block.begin; slot < block.begin + block.count; ++slot) {
     const uint32_t index = batch.index[slot];
-    if (batch.hits[index].mesh == Hit::kNone) continue;
+    if (batch.hits[index].mesh == PaperHit::kNone) continue;
     layout.WriteHit(first + index, batch.full_hits[index]);
     ++hits;
   }
@@ -48,7 +48,7 @@ struct StoredRays {
   HWY_ALIGN float org[3][TriangleBlock::kCapacity];
   HWY_ALIGN float dir[3][TriangleBlock::kCapacity];
   uint32_t index[TriangleBlock::kCapacity];
-  Hit hits[TriangleBlock::kCapacity];
+  PaperHit hits[TriangleBlock::kCapacity];
 };
 
 /// Writes the closest hits of `block`. Returns their number. Everything but the triangle's name is
@@ -65,9 +65,9 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
   for (size_t slot = block.begin; slot < end;) {
     size_t count = 0;
     for (; slot < end && count < TriangleBlock::kCapacity; ++slot) {
-      const Hit hit = batch.hits[batch.index[slot]];
-      if (hit.mesh == Hit::kNone) continue;
-      rays.hits[count] = {hit.primitive, hit.mesh & ~Hit::kAtLimit};
+      const PaperHit hit = batch.hits[batch.index[slot]];
+      if (hit.mesh == PaperHit::kNone) continue;
+      rays.hits[count] = {hit.primitive, hit.mesh & ~PaperHit::kAtLimit};
       rays.index[count] = batch.index[slot];
       for (int axis = 0; axis < 3; ++axis) {
         rays.org[axis][count] = batch.org[axis][slot];
@@ -76,7 +76,7 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
       ++count;
     }
     GatherTriangles(
-        meshes, count, [&](size_t i) -> const Hit& { return rays.hits[i]; }, triangles);
+        meshes, count, [&](size_t i) -> const PaperHit& { return rays.hits[i]; }, triangles);
     for (size_t i = 0; i < count; ++i) {
       const size_t lane = i % Lanes();
       if (lane == 0) {

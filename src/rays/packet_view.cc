@@ -1,6 +1,9 @@
 #include "rays/packet_view.h"
 
+#include <cstddef>
+
 #include "dacrt/callback.h"
+#include "dacrt/ray.h"
 
 namespace dacrt {
 
@@ -34,6 +37,30 @@ RayView ViewOf(const RayPacket& packet) {
   view.primitive_id = at(kPrimitiveId);
   view.geometry_id = at(kGeometryId);
   view.instance_id = at(kInstanceId);
+  return view;
+}
+
+// A record is a packet of one.
+static_assert(sizeof(RayHit) == sizeof(float) * kPacketComponents);
+static_assert(offsetof(RayHit, hit) ==
+              sizeof(float) * static_cast<std::size_t>(PacketComponent::kNgX));
+
+RayView ViewOf(std::span<RayHit> rays) {
+  RayView view = ViewOf(RayPacket{rays.data()});
+  view.count = rays.size();
+  view.packet_stride = sizeof(RayHit);
+  return view;
+}
+
+RayView ViewOf(std::span<Ray> rays) {
+  RayView view = ViewOf(RayPacket{rays.data()});
+  view.count = rays.size();
+  view.packet_stride = sizeof(Ray);
+  for (RayView::Component* const component :
+       {&view.ng_x, &view.ng_y, &view.ng_z, &view.u, &view.v, &view.primitive_id, &view.geometry_id,
+        &view.instance_id}) {
+    *component = RayView::kAbsent;
+  }
   return view;
 }
 

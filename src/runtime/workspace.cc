@@ -93,7 +93,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   batch_.bits_capacity = shape.slots / 8;
   batch_.lane_bits = cutter.Cut<uint8_t>(batch_.bits_capacity);
   batch_.bits_top = 0;
-  batch_.hits = cutter.Cut<Hit>(shape.rays);
+  batch_.hits = cutter.Cut<PaperHit>(shape.rays);
   batch_.full_hits = cutter.Cut<FullHit>(shape.full_hits);
   for (float*& axis : batch_.cones.axis) axis = cutter.Cut<float>(shape.cones);
   batch_.cones.tangent = cutter.Cut<float>(shape.cones);

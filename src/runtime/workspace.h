@@ -56,7 +56,7 @@ struct WorkspaceShape {
   static constexpr std::size_t kSlotBytes = RayBatch::kFields * sizeof(float);
   static constexpr std::size_t kConeBytes = 6 * sizeof(float) + kPacketLists * sizeof(RayBlock);
   static constexpr std::size_t kFullHitBytes = sizeof(FullHit);
-  static constexpr std::size_t kRayBytes = sizeof(Hit) + sizeof(uint32_t);
+  static constexpr std::size_t kRayBytes = sizeof(PaperHit) + sizeof(uint32_t);
   static constexpr std::size_t kRecordBytes =
       sizeof(RayRecord) + sizeof(FullHit) + sizeof(uint32_t);
   static constexpr std::size_t kListLevels = 16;

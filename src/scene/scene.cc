@@ -7,7 +7,6 @@
 #include <mutex>
 #include <new>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,7 +28,8 @@ namespace {
 void CheckRays(const RayView& rays) {
   const auto check = [](RayView::Component component, const char* name) {
     if (component == RayView::kAbsent) {
-      throw std::invalid_argument(std::string("Trace: rays.") + name + " is absent");
+      throw Error(Error::Kind::kArgument, "Trace", std::string("rays.") + name, "kAbsent",
+                  "every ray has one");
     }
   };
   check(rays.org_x, "org_x");
@@ -39,7 +39,9 @@ void CheckRays(const RayView& rays) {
   check(rays.dir_y, "dir_y");
   check(rays.dir_z, "dir_z");
   check(rays.tfar, "tfar");
-  if (rays.lanes == 0) throw std::invalid_argument("Trace: rays.lanes is 0");
+  if (rays.lanes == 0) {
+    throw Error(Error::Kind::kArgument, "Trace", "rays.lanes", "0", "at least 1");
+  }
 }
 
 void TakeSeconds(const StepClock& clock, Statistics& statistics) {
@@ -58,9 +60,36 @@ constexpr uint32_t kMostPacketLanes = 16;
 
 void CheckLanes(const char* name, uint32_t lanes) {
   if (lanes >= 1 && lanes <= kMostPacketLanes) return;
-  throw std::invalid_argument(std::string("Trace: ") + name + " is " + std::to_string(lanes) +
-                              ", not 1 to " + std::to_string(kMostPacketLanes));
+  throw Error(Error::Kind::kArgument, "Trace", name, std::to_string(lanes),
+              "it takes 1 to " + std::to_string(kMostPacketLanes));
 }
+
+[[noreturn]] void RefuseDevice() {
+  throw Error(Error::Kind::kArgument, "Scene", "device", "null", "a scene belongs to a device");
+}
+
+/// Tells the program how far a call is, and hears whether it is to go on.
+class ProgressReport {
+ public:
+  ProgressReport(const Progress& progress, std::size_t rays) : progress_(progress), rays_(rays) {}
+
+  bool goes_on() const { return goes_on_; }
+
+  /// After a piece of `rays`.
+  void Add(std::size_t rays) {
+    if (!progress_) return;
+    const std::lock_guard lock(mutex_);
+    done_ += rays;
+    if (goes_on_ && !progress_(done_, rays_)) goes_on_ = false;
+  }
+
+ private:
+  const Progress progress_;
+  const std::size_t rays_;
+  std::mutex mutex_;
+  std::size_t done_ = 0;
+  std::atomic<bool> goes_on_{true};
+};
 
 }  // namespace
 
@@ -72,8 +101,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     const std::size_t most = parts.meshes.triangle_count();
     if (Engine().Keeps()) {
       parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
-                                                   Engine().kernels.partition.list,
-                                                   Engine().tasks);
+                                                   Engine().kernels.partition.list, Engine().tasks);
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {
@@ -90,7 +118,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
                              bool robust) {
-    if (!device) throw std::invalid_argument("Scene: device is null");
+    if (!device) RefuseDevice();
     std::vector<const SceneParts*> scenes;
     for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
     return MeshTable(geometries, scenes, robust);
@@ -123,10 +151,12 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     }
     std::mutex mutex;
     std::atomic<std::size_t> next_ray{0};
+    ProgressReport progress(options.progress, rays.count);
     Engine().tasks.ForEach(plan.workers, [&](std::size_t worker) {
       const Statistics own =
-          parts.kept ? TracePieces(query, rays, options, plan, next_ray, *workspaces[worker])
-                     : TraceUnkept(query, rays, options, plan, *workspaces[worker]);
+          parts.kept
+              ? TracePieces(query, rays, options, plan, next_ray, *workspaces[worker], progress)
+              : TraceUnkept(query, rays, options, plan, *workspaces[worker], progress);
       const std::lock_guard lock(mutex);
       statistics += own;
     });
@@ -153,10 +183,10 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     view.lanes = 1;
     view.packets = lanes;
     for (RayView::Component* component :
-         {&view.org_x, &view.org_y, &view.org_z, &view.dir_x, &view.dir_y, &view.dir_z,
-          &view.tnear, &view.tfar, &view.mask, &view.time, &view.id, &view.flags, &view.ng_x,
-          &view.ng_y, &view.ng_z, &view.u, &view.v, &view.primitive_id, &view.geometry_id,
-          &view.instance_id}) {
+         {&view.org_x, &view.org_y, &view.org_z,        &view.dir_x,       &view.dir_y,
+          &view.dir_z, &view.tnear, &view.tfar,         &view.mask,        &view.time,
+          &view.id,    &view.flags, &view.ng_x,         &view.ng_y,        &view.ng_z,
+          &view.u,     &view.v,     &view.primitive_id, &view.geometry_id, &view.instance_id}) {
       if (*component != RayView::kAbsent) *component -= start;
     }
     Trace(query, view, options);
@@ -187,13 +217,14 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
  private:
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
     if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
-    const std::string where =
-        "Scene: geometry " + std::to_string(geometry.geometry_id) + ": instanced_scene ";
-    if (!geometry.instanced_scene) throw std::invalid_argument(where + "is null");
+    const auto refuse = [&](const char* value, const char* reason) {
+      throw Error(Error::Kind::kArgument, "Scene",
+                  "geometry " + std::to_string(geometry.geometry_id) + ": instanced_scene", value,
+                  reason);
+    };
+    if (!geometry.instanced_scene) refuse("null", "an instance shows a scene");
     const Implementation& inner = *geometry.instanced_scene->implementation_;
-    if (inner.device.get() != device) {
-      throw std::invalid_argument(where + "belongs to another device");
-    }
+    if (inner.device.get() != device) refuse("a scene of another device", "it must be of this one");
     return &inner.parts;
   }
 
@@ -204,8 +235,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   }
 
   WorkspaceShape Shape(const CallPlan& plan) const {
-    return Engine().Shape(plan, parts.triangle_count, parts.meshes.is_plain(),
-                          !instanced.empty());
+    return Engine().Shape(plan, parts.triangle_count, parts.meshes.is_plain(), !instanced.empty());
   }
 
   void CountTriangles() {
@@ -243,13 +273,14 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   /// Works on pieces until none is left.
   Statistics TracePieces(Query query, const RayView& rays, const CallOptions& options,
                          const CallPlan& plan, std::atomic<std::size_t>& next_ray,
-                         Workspace& workspace) const {
+                         Workspace& workspace, ProgressReport& progress) const {
     Statistics statistics;
-    for (std::size_t first = next_ray; first < rays.count;) {
+    for (std::size_t first = next_ray; first < rays.count && progress.goes_on();) {
       const std::size_t count = plan.NextPiece(rays.count - first);
       if (!next_ray.compare_exchange_weak(first, first + count)) continue;
       Engine().kernels.trace.piece(query, parts, rays, first, count, options, workspace,
                                    statistics);
+      progress.Add(count);
       first = next_ray;
     }
     return statistics;
@@ -257,13 +288,14 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   /// The same by the published methods.
   Statistics TraceUnkept(Query query, const RayView& rays, const CallOptions& options,
-                         const CallPlan& plan, Workspace& workspace) const {
+                         const CallPlan& plan, Workspace& workspace,
+                         ProgressReport& progress) const {
     const Device::Implementation& engine = Engine();
     const MeshTable& meshes = parts.meshes;
     Statistics statistics;
     StepClock clock;
     std::optional<TriangleRange> triangles;
-    for (std::size_t first = 0; first < rays.count;) {
+    for (std::size_t first = 0; first < rays.count && progress.goes_on();) {
       const std::size_t count = std::min(plan.piece_rays, rays.count - first);
       RayBatch batch = workspace.batch();
       const CallFrame frame{&rays, nullptr, first, options, rays.instance_value};
@@ -284,6 +316,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       statistics.hits += engine.kernels.paper.store(query, rays, first, task, active);
       statistics.rays += active.count;
       ++statistics.pieces;
+      progress.Add(count);
       first += count;
     }
     TakeSeconds(clock, statistics);
@@ -292,7 +325,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 };
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
-  if (!device) throw std::invalid_argument("Scene: device is null");
+  if (!device) RefuseDevice();
   implementation_ = std::make_unique<Implementation>(std::move(device), MeshTable(meshes), keep,
                                                      std::vector<std::shared_ptr<const Scene>>());
 }

@@ -34,7 +34,7 @@ struct Answer {
     return memcmp(&tfar, &other.tfar, sizeof(tfar)) == 0 && mesh == other.mesh &&
            primitive == other.primitive;
   }
-  bool IsHit() const { return primitive != Hit::kNone; }
+  bool IsHit() const { return primitive != PaperHit::kNone; }
 };
 
 std::ostream& operator<<(std::ostream& out, const Answer& answer) {
@@ -99,9 +99,10 @@ class Solver {
         SolveDirect<kQuery>(task, unit::RangeOf(refs, i, i + leaf_triangles), block);
       }
       for (size_t i = 0; i < block_rays; ++i) {
-        // Hit::kAtLimit is the engine's own.
-        const Hit& hit = memory.batch.hits[first + i];
-        const uint32_t mesh = hit.primitive == Hit::kNone ? hit.mesh : hit.mesh & ~Hit::kAtLimit;
+        // PaperHit::kAtLimit is the engine's own.
+        const PaperHit& hit = memory.batch.hits[first + i];
+        const uint32_t mesh =
+            hit.primitive == PaperHit::kNone ? hit.mesh : hit.mesh & ~PaperHit::kAtLimit;
         answers.push_back({memory.batch.tfar[block.begin + i], mesh, hit.primitive});
       }
     }

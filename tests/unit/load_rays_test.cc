@@ -57,7 +57,7 @@ TEST(LoadRaysTest, CopiesActiveRaysInOrder) {
     for (std::size_t slot = 0; slot < block.count; ++slot) {
       ASSERT_EQ(memory.batch.index[slot], active[slot]);
       ExpectRay(memory.batch, slot, rays[active[slot]]);
-      EXPECT_EQ(memory.batch.hits[active[slot]].mesh, Hit::kNone);
+      EXPECT_EQ(memory.batch.hits[active[slot]].mesh, PaperHit::kNone);
     }
     for (std::size_t slot = block.count; slot < block.count + kMaxLanes; ++slot) {
       EXPECT_GT(memory.batch.tnear[slot], memory.batch.tfar[slot]);

@@ -51,9 +51,9 @@ class Piece {
     for (size_t slot = 0; slot < block_.count; ++slot) {
       if (random.Below(3) == 0) continue;
       const uint32_t index = memory_.batch.index[slot];
-      Hit& hit = memory_.batch.hits[index];
+      PaperHit& hit = memory_.batch.hits[index];
       hit.primitive = aims_[index].triangle;
-      hit.mesh = random.Below(4) == 0 ? Hit::kAtLimit : 0;
+      hit.mesh = random.Below(4) == 0 ? PaperHit::kAtLimit : 0;
       memory_.batch.tfar[slot] = 1;
       slots_.push_back(slot);
     }

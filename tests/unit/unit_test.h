@@ -243,7 +243,7 @@ class BatchMemory {
       batch.tfar[slot] = rays[i].tfar;
       batch.index[slot] = static_cast<uint32_t>(number + i);
       batch.ray_masks[number + i] = rays[i].mask;
-      batch.hits[number + i] = {Hit::kNone, Hit::kNone};
+      batch.hits[number + i] = {PaperHit::kNone, PaperHit::kNone};
     }
     PadWithInactive(batch, block.begin + rays.size());
     batch.top = (block.begin + rays.size() + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
@@ -256,7 +256,7 @@ class BatchMemory {
   GuardedArray<float> floats_;
   GuardedArray<uint32_t> indices_;
   GuardedArray<uint8_t> bits_;
-  GuardedArray<Hit> hits_;
+  GuardedArray<PaperHit> hits_;
   GuardedArray<uint32_t> masks_;
 };
 

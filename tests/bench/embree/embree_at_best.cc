@@ -66,12 +66,12 @@ EmbreeAtBest::Still::Still(const std::string& isa, Build build, const EmbreeLibr
       std::min(commit_seconds, CommittedScene(library, content, build).commit_seconds());
 }
 
-EmbreeAtBest::EmbreeAtBest(const SceneContent& content, const std::string& isa, int threads,
-                           std::span<const Build> builds, bool anew)
+EmbreeAtBest::EmbreeAtBest(const std::string& path, const SceneContent& content,
+                           const std::string& isa, int threads, std::span<const Build> builds,
+                           bool anew)
     : threads_(threads), anew_(anew) {
   for (const std::string& tried : IsasWithin(isa)) {
-    const EmbreeLibrary& library =
-        libraries_.emplace_back(DACRT_REAL_EMBREE, DeviceConfig(tried, threads));
+    const EmbreeLibrary& library = libraries_.emplace_back(path, DeviceConfig(tried, threads));
     for (const Build build : builds) stills_.emplace_back(tried, build, library, content, anew);
   }
 }

@@ -37,10 +37,10 @@ Delivery DeliveryOfCalls(const Call& call, std::size_t batch, int threads);
 /// builder.
 class EmbreeAtBest {
  public:
-  /// `content` must outlive this. `isa` is the most that Embree may use. `anew` says that scenes
-  /// will be committed anew, so that what this costs counts, too.
-  EmbreeAtBest(const SceneContent& content, const std::string& isa, int threads,
-               std::span<const Build> builds, bool anew);
+  /// `path` is that of Embree's library; `content` must outlive this. `isa` is the most that Embree
+  /// may use. `anew` says that scenes will be committed anew, so that what this costs counts, too.
+  EmbreeAtBest(const std::string& path, const SceneContent& content, const std::string& isa,
+               int threads, std::span<const Build> builds, bool anew);
 
   struct Best {
     EmbreeVariant one_shot;  ///< commit and the first batch take the least, where this counts

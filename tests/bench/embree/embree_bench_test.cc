@@ -155,7 +155,7 @@ TEST_F(DeliveryTest, EmbreesBestIsOneOfTheVariantsOfItsThreads) {
   constexpr Build kBuilds[] = {Build::kMedium, Build::kLow, Build::kLowDynamic};
   const std::string isa = IsasHere().front();
   for (const int threads : {1, 2}) {
-    const EmbreeAtBest embree(content_, isa, threads, kBuilds, true);
+    const EmbreeAtBest embree(DACRT_REAL_EMBREE, content_, isa, threads, kBuilds, true);
     for (const char* const name : {"1", "8", "64", "4K"}) {
       const BatchSize& size = *FindBatchSize(name);
       const std::size_t batch = size.RaysOfBatch(kRays);

@@ -37,7 +37,7 @@ EmbreeContest::EmbreeContest(const BenchScene& scene, const SceneContent& conten
       content_(content),
       setup_(setup),
       effort_(effort),
-      embree_(content, setup.isa, setup.threads, Builds(setup.anew), setup.anew),
+      embree_(setup.embree, content, setup.isa, setup.threads, Builds(setup.anew), setup.anew),
       drop_in_(setup.drop_in, DeviceConfig(setup.isa, setup.threads)),
       rays_(scene, content.needs) {}
 

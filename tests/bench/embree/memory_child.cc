@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "geometry_kind.h"
@@ -68,24 +69,22 @@ RayBuffer ReadRays(std::FILE* file) {
 }
 
 // Runs the child with its standard input and output in these files.
-void RunChild(const std::string& library, const std::string& config, const std::string& geometry,
-              MemoryFile& input, MemoryFile& output) {
+void RunChild(std::vector<std::string> command, MemoryFile& input, MemoryFile& output) {
   std::fflush(input.get());
   std::rewind(input.get());
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, input.Descriptor(), STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, output.Descriptor(), STDOUT_FILENO);
-  std::string arguments[] = {DACRT_MEMORY_CHILD, library, config, geometry};
   std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
+  for (std::string& word : command) argv.push_back(word.data());
   argv.push_back(nullptr);
   pid_t child;
   const int error = posix_spawn(&child, argv[0], &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   int status = 0;
   if (error || waitpid(child, &status, 0) < 0 || status != 0) {
-    throw std::runtime_error("measuring the memory of " + library + " failed");
+    throw std::runtime_error("measuring memory failed: " + command.front());
   }
   std::rewind(output.get());
 }
@@ -94,14 +93,15 @@ void RunChild(const std::string& library, const std::string& config, const std::
 
 MemoryUse MeasureMemoryInChild(const std::string& path, const std::string& config,
                                const BenchScene& scene, const std::string& geometry,
-                               RayBuffer& rays) {
+                               RayBuffer& rays, std::vector<std::string> child) {
   rays.Rearm();
   MemoryFile input, output;
   const scenes::Mesh& mesh = scene.mesh;
   Write(mesh.positions.data(), mesh.positions.size(), input.get());
   Write(mesh.indices.data(), mesh.indices.size(), input.get());
   Write(rays.rays().data(), rays.rays().size(), input.get());
-  RunChild(path, config, geometry, input, output);
+  child.insert(child.end(), {path, config, geometry});
+  RunChild(std::move(child), input, output);
   MemoryUse use;
   ReadItems(&use, 1, output.get());
   return use;

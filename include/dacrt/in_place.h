@@ -1,0 +1,14 @@
+// Arrays that may be referred to.
+#pragma once
+
+#include <ranges>
+
+namespace dacrt {
+
+/// Elements one behind the other that stay where they are when the expression is over: a
+/// std::vector, std::array or array with a name, a std::span; not a temporary std::vector.
+template <class Range>
+concept ArrayInPlace = std::ranges::contiguous_range<Range> && std::ranges::sized_range<Range> &&
+    std::ranges::borrowed_range<Range>;
+
+}  // namespace dacrt
