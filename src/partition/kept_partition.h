@@ -18,6 +18,7 @@
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "leaf/leaf_block.h"
+#include "runtime/assert.h"
 #include "runtime/pages.h"
 #include "runtime/tasks.h"
 
@@ -86,10 +87,19 @@ class KeptPartition {
   /// a subset may be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
-  WideNode& node(uint32_t number) { return nodes_[number]; }
-  const WideNode& node(uint32_t number) const { return nodes_[number]; }
+  WideNode& node(uint32_t number) {
+    DACRT_ASSERT(number < NodesUsed());
+    return nodes_[number];
+  }
+  const WideNode& node(uint32_t number) const {
+    DACRT_ASSERT(number < NodesUsed());
+    return nodes_[number];
+  }
   /// Subset 0 is the whole scene.
-  Subset& subset(uint32_t number) { return subsets_[number]; }
+  Subset& subset(uint32_t number) {
+    DACRT_ASSERT(number < subset_count_);
+    return subsets_[number];
+  }
 
   PartitionView view() { return {nodes_, triangles_.data(), memory_.data()}; }
 
@@ -125,6 +135,7 @@ class KeptPartition {
 
   const MeshTable& meshes_;
   Box bounds_ = Box::Empty();
+  std::size_t NodesUsed() const { return taken_ >> 32; }
   Box centers_ = Box::Empty();
   Pages memory_;
   std::span<uint32_t> triangles_;

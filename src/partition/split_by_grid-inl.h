@@ -184,6 +184,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
   return root;
 }
 
+    DACRT_ASSERT(child.count > 0);
 /// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if the budget does
 /// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
 ///
@@ -223,6 +224,7 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
     publish(Subset::kUnsplit);
     throw;
   }
+    DACRT_ASSERT(subset.root == Subset::kBeingSplit);
   publish(Subset::kUnsplit);  // there may be memory the next time
   return std::nullopt;
 }

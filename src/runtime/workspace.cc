@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "runtime/assert.h"
+
 namespace dacrt {
 namespace {
 
@@ -27,6 +29,8 @@ class Cutter {
 
   /// Moves on by some cache lines.
   void Skip(std::size_t lines) { next_ += lines * kAlignment; }
+
+  std::byte* next() const { return next_; }
 
  private:
   std::byte* next_;
@@ -102,6 +106,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   const std::size_t listed = WorkspaceShape::kPacketLists * shape.cones;
   batch_.packets = {cutter.Cut<RayBlock>(listed), listed};
   batch_.ray_masks = cutter.Cut<uint32_t>(shape.rays);
+  DACRT_ASSERT(cutter.next() <= memory_.data() + bytes);
 }
 
 WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
@@ -119,6 +124,7 @@ WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
 
 WorkspacePool::Loan::~Loan() {
   const std::lock_guard lock(pool_.mutex_);
+  DACRT_ASSERT(pool_.idle_.size() < pool_.idle_.capacity());  // room that the loan made
   // The largest one is lent next.
   const auto place = std::find_if(pool_.idle_.begin(), pool_.idle_.end(), [&](const auto& other) {
     return other->bytes() > workspace_->bytes();
