@@ -51,7 +51,10 @@ class HandleTable {
   Object* Add(std::shared_ptr<Object> object) {
     Object* const handle = object.get();
     const std::lock_guard lock(mutex_);
-    entries_[handle] = {object, std::move(object), 1};
+    // Where there is no memory for the entry, `object` still holds the object, and ends it after
+    // the lock: destructors call Forget.
+    Entry& entry = entries_[handle];
+    entry = {object, object, 1};
     return handle;
   }
 

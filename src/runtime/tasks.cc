@@ -13,8 +13,10 @@ struct TaskPool::Arena {
   tbb::task_arena arena;
 };
 
-TaskPool::TaskPool(std::size_t threads)
-    : threads_(static_cast<std::size_t>(tbb::info::default_concurrency())) {
+TaskPool::TaskPool(std::size_t threads) : threads_(1) {
+  // Without oneTBB, which never comes back from running out of memory while it starts.
+  if (threads == 1) return;
+  threads_ = static_cast<std::size_t>(tbb::info::default_concurrency());
   if (threads != 0) threads_ = std::min(threads, threads_);
   arena_ = std::make_unique<Arena>(threads_);
 }

@@ -27,7 +27,7 @@ class TaskPool {
  private:
   struct Arena;
   std::size_t threads_;
-  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<Arena> arena_;  ///< null for one thread
 };
 
 }  // namespace dacrt
