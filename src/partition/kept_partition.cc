@@ -36,11 +36,11 @@ std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
 }
 
 KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
-                             TaskPool& tasks)
-    : meshes_(meshes) {
+                             TaskPool& tasks, const MemoryAccount* account)
+    : meshes_(meshes), account_(account) {
   const std::size_t most = meshes.triangle_count();
   const std::size_t bytes = std::max(budget, LeastBytes(most)) / kLeafUnit * kLeafUnit;
-  memory_ = Pages(bytes);
+  memory_ = Pages(bytes, account);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
   next += RoundUp(sizeof(uint32_t) * most, alignof(WideNode));

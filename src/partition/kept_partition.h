@@ -70,8 +70,10 @@ class KeptPartition {
 
   /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a hundredth of a byte more for each
-  /// counts as one that just does. Throws std::bad_alloc.
-  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks);
+  /// counts as one that just does. `account`, if there is one, hears of them, and of the memory
+  /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
+  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks,
+                const MemoryAccount* account = nullptr);
 
   /// Least budget with which anything is kept.
   static std::size_t LeastBytes(std::size_t triangles);
@@ -83,6 +85,7 @@ class KeptPartition {
   const Box& centers() const { return centers_; }
 
   const MeshTable& meshes() const { return meshes_; }
+  const MemoryAccount* account() const { return account_; }
   /// The numbers of the triangles (see MeshTable::Number), in the kept order, with marks. Those of
   /// a subset may be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
@@ -132,10 +135,11 @@ class KeptPartition {
 
  private:
   void List(ListFunction list, TaskPool& tasks);
+  std::size_t NodesUsed() const { return taken_ >> 32; }
 
   const MeshTable& meshes_;
+  const MemoryAccount* const account_;
   Box bounds_ = Box::Empty();
-  std::size_t NodesUsed() const { return taken_ >> 32; }
   Box centers_ = Box::Empty();
   Pages memory_;
   std::span<uint32_t> triangles_;

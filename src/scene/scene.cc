@@ -73,7 +73,7 @@ class Scene::Implementation {
     if (Engine().Keeps()) {
       parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
                                                    Engine().kernels.partition.list,
-                                                   Engine().tasks);
+                                                   Engine().tasks, &Engine().memory);
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {
