@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <type_traits>
 #include <unordered_map>
 #include <utility>
@@ -42,8 +43,10 @@ template <class Object>
 class HandleTable {
  public:
   static HandleTable& Instance() {
-    // Never destroyed: static objects of the program may release handles when it ends.
-    static HandleTable* const table = new HandleTable;
+    // Never destroyed: static objects of the program may release handles when it ends. Nor
+    // allocated: the first to ask may be an object that ends.
+    alignas(HandleTable) static std::byte place[sizeof(HandleTable)];
+    static HandleTable* const table = new (place) HandleTable;
     return *table;
   }
 

@@ -458,4 +458,24 @@ TEST_P(OutOfMemory, EverythingIsReleasedWithoutMemory) {
   EXPECT_STREQ(RunInProcess(GetParam(), SIZE_MAX - 1, 0, true).complaint, nullptr);
 }
 
+// The first to ask for the table of buffers was one that ended.
+TEST(OutOfMemoryAtTheEnd, BuffersThatHaveNoHandleEndWithoutMemory) {
+  if (DACRT_TEST_SANITIZED) GTEST_SKIP() << "the sanitizer has an allocator of its own";
+  const pid_t child = fork();
+  if (child == 0) {
+    static float vertices[9];
+    const RTCDevice device = rtcNewDevice("threads=1");
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices, 0,
+                               12, 3);
+    refusals = {true, 0, true, 0};
+    rtcReleaseGeometry(geometry);
+    rtcReleaseDevice(device);
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
 }  // namespace
