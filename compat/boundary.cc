@@ -1,5 +1,6 @@
 #include "boundary.h"
 
+#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -11,22 +12,23 @@ namespace {
 
 thread_local RTCError thread_error = RTC_ERROR_NONE;
 
-/// Embree's code and a message for the exception that is being handled.
-std::pair<RTCError, std::string> TranslateCurrentException() {
+/// Calls `report(code, message)` with Embree's code for the exception that is being handled.
+template <class Report>
+void TranslateCurrentException(const Report& report) {
   try {
     throw;
   } catch (const ApiError& error) {
-    return {error.code(), error.what()};
+    report(error.code(), error.what());
   } catch (const std::bad_alloc&) {
-    return {RTC_ERROR_OUT_OF_MEMORY, "out of memory"};
+    report(RTC_ERROR_OUT_OF_MEMORY, "out of memory");
   } catch (const Error& error) {
-    return {error.kind() == Error::Kind::kTooLarge ? RTC_ERROR_INVALID_OPERATION
-                                                   : RTC_ERROR_INVALID_ARGUMENT,
-            error.what()};
+    report(error.kind() == Error::Kind::kTooLarge ? RTC_ERROR_INVALID_OPERATION
+                                                  : RTC_ERROR_INVALID_ARGUMENT,
+           error.what());
   } catch (const std::exception& error) {
-    return {RTC_ERROR_UNKNOWN, error.what()};
+    report(RTC_ERROR_UNKNOWN, error.what());
   } catch (...) {
-    return {RTC_ERROR_UNKNOWN, "unknown exception"};
+    report(RTC_ERROR_UNKNOWN, "unknown exception");
   }
 }
 
@@ -37,9 +39,15 @@ void CheckPointer(const void* pointer, const char* name) {
 }
 
 void ReportCurrentException(const char* function, Device* device) {
-  const auto [code, message] = TranslateCurrentException();
+  RTCError code;
+  char text[1024];  // a longer message is cut off
+  TranslateCurrentException([&](RTCError translated, const char* message) {
+    code = translated;
+    std::snprintf(text, sizeof(text), "%s: %s", function, message);
+  });
+  // Outside of the handlers: what the program's error function throws is no error of ours.
   if (device) {
-    device->Report(code, std::string(function) + ": " + message);
+    device->Report(code, text);
   } else if (thread_error == RTC_ERROR_NONE) {
     thread_error = code;  // As in a device, the first error stays until it is read.
   }

@@ -5,6 +5,7 @@
 #include <embree3/rtcore.h>
 
 #include <exception>
+#include <new>
 #include <sstream>
 #include <string>
 
@@ -16,16 +17,21 @@ namespace dacrt::compat {
 /// name is put in front where the error is reported.
 class ApiError : public std::exception {
  public:
-  /// The message is `parts`, one after the other.
+  /// The message is `parts`, one after the other. Where there is no memory for it, the code counts.
   template <class... Parts>
   explicit ApiError(RTCError code, const Parts&... parts) : code_(code) {
-    std::ostringstream text;
-    (text << ... << parts);
-    message_ = text.str();
+    try {
+      std::ostringstream text;
+      (text << ... << parts);
+      message_ = text.str();
+    } catch (const std::bad_alloc&) {
+    }
   }
 
   RTCError code() const { return code_; }
-  const char* what() const noexcept override { return message_.c_str(); }
+  const char* what() const noexcept override {
+    return message_.empty() ? "no memory for a message" : message_.c_str();
+  }
 
  private:
   RTCError code_;
@@ -36,7 +42,7 @@ class ApiError : public std::exception {
 void CheckPointer(const void* pointer, const char* name);
 
 /// Reports the exception that is being handled as an error of `function`: to `device`, or for a
-/// null device into the calling thread's own slot.
+/// null device into the calling thread's own slot. Allocates nothing: there may be no memory.
 void ReportCurrentException(const char* function, Device* device);
 
 /// The calling thread's error that belongs to no device. There is none afterwards.

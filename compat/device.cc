@@ -1,7 +1,11 @@
 #include "device.h"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
+#include <string>
+#include <utility>
 
 #include "boundary.h"
 #include "ranks.h"
@@ -9,11 +13,45 @@
 namespace dacrt::compat {
 namespace {
 
-/// A number of the calling thread that no later thread gets, unlike std::thread::id.
-uint64_t ThreadNumber() {
-  static std::atomic<uint64_t> next{0};
-  thread_local const uint64_t number = next++;
-  return number;
+/// The errors that a thread has not read yet, by device. They stand in the thread's own memory,
+/// because that there is no other may be the error. A thread that leaves errors unread in more
+/// devices than there are places loses the oldest.
+class UnreadErrors {
+ public:
+  /// An earlier error stays.
+  void Add(uint64_t device, RTCError code) {
+    if (Find(device)) return;
+    Error* const free = Find(0);
+    Error* const place = free ? free : &errors_.back();
+    std::copy_backward(errors_.data(), place, place + 1);
+    errors_[0] = {device, code};
+  }
+
+  RTCError Take(uint64_t device) {
+    Error* const error = Find(device);
+    return error ? std::exchange(*error, {}).code : RTC_ERROR_NONE;
+  }
+
+ private:
+  struct Error {
+    uint64_t device = 0;  ///< 0: none
+    RTCError code = RTC_ERROR_NONE;
+  };
+
+  Error* Find(uint64_t device) {
+    const auto place = std::find_if(errors_.begin(), errors_.end(),
+                                    [&](const Error& error) { return error.device == device; });
+    return place == errors_.end() ? nullptr : &*place;
+  }
+
+  std::array<Error, 16> errors_{};  ///< latest first
+};
+
+thread_local UnreadErrors unread_errors;
+
+uint64_t NextNumber() {
+  static std::atomic<uint64_t> last{0};
+  return ++last;
 }
 
 }  // namespace
@@ -23,8 +61,9 @@ Device::Device(const Config& config)
       is_verbose_(config.verbose >= 1),
       is_divided_(config.mpi_mode == mpi::Mode::kDivide),
       ranks_(OpenRanks(config)),
-      first_geometry_id_(
-          ranks_ ? static_cast<uint32_t>(ranks_->rank()) * config.mpi_geometry_ids : 0),
+      first_geometry_id_(ranks_ ? static_cast<uint32_t>(ranks_->rank()) * config.mpi_geometry_ids
+                                : 0),
+      number_(NextNumber()),
       engine_(std::make_shared<dacrt::Device>(
           config.settings, [this](std::ptrdiff_t bytes) { return Announce(bytes); })) {
   if (is_verbose_) {
@@ -44,23 +83,18 @@ void Device::NoteSceneStays() {
 
 Device::~Device() { HandleTable<Device>::Instance().Forget(this); }
 
-void Device::Report(RTCError code, const std::string& message) {
+void Device::Report(RTCError code, const char* message) {
   Callback<RTCErrorFunction> callback;
   {
     const std::lock_guard lock(mutex_);
     callback = error_callback_;
   }
   // Outside the lock: the callback may call the API.
-  if (callback.function) callback.function(callback.user_pointer, code, message.c_str());
-  const std::lock_guard lock(mutex_);
-  unread_errors_.try_emplace(ThreadNumber(), code);
+  if (callback.function) callback.function(callback.user_pointer, code, message);
+  unread_errors.Add(number_, code);
 }
 
-RTCError Device::TakeError() {
-  const std::lock_guard lock(mutex_);
-  const auto unread = unread_errors_.extract(ThreadNumber());
-  return unread ? unread.mapped() : RTC_ERROR_NONE;
-}
+RTCError Device::TakeError() { return unread_errors.Take(number_); }
 
 void Device::SetErrorFunction(RTCErrorFunction function, void* user_pointer) {
   const std::lock_guard lock(mutex_);

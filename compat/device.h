@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <string>
-#include <unordered_map>
 
 #include "config.h"
 #include "dacrt/dacrt.h"
@@ -40,8 +38,8 @@ class Device : public std::enable_shared_from_this<Device> {
   void NoteSceneStays();
 
   /// Passes an error of the calling thread to the error function, and keeps it until the thread
-  /// reads it, unless an earlier one is still unread.
-  void Report(RTCError code, const std::string& message);
+  /// reads it, unless an earlier one is still unread. Allocates nothing.
+  void Report(RTCError code, const char* message);
 
   /// The calling thread's unread error, which is read now.
   RTCError TakeError();
@@ -75,10 +73,10 @@ class Device : public std::enable_shared_from_this<Device> {
   const bool is_divided_;
   const std::shared_ptr<mpi::Group> ranks_;
   const uint32_t first_geometry_id_;
+  const uint64_t number_;  ///< that no later device gets
   std::atomic<bool> has_noted_{false};
 
-  mutable std::mutex mutex_;                              ///< of everything below
-  std::unordered_map<uint64_t, RTCError> unread_errors_;  ///< by thread
+  mutable std::mutex mutex_;  ///< of everything below
   Callback<RTCErrorFunction> error_callback_;
   Callback<RTCMemoryMonitorFunction> memory_monitor_;
 

@@ -78,7 +78,7 @@ void Geometry::Commit() {
 }
 
 uint64_t Geometry::version() const {
-  // Both only grow.
+  // Both only grow, and with another scene version_ by what it counted for.
   return instanced_scene_ ? version_ + instanced_scene_->commit_count() : version_;
 }
 
@@ -196,6 +196,7 @@ void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
   if (scene->LeadsTo(this)) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "scene would be an instance in itself");
   }
+  version_ = version();
   instanced_scene_ = std::move(scene);
   is_modified_ = true;
 }

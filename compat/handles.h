@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <type_traits>
 #include <unordered_map>
 #include <utility>
@@ -42,8 +43,10 @@ template <class Object>
 class HandleTable {
  public:
   static HandleTable& Instance() {
-    // Never destroyed: static objects of the program may release handles when it ends.
-    static HandleTable* const table = new HandleTable;
+    // Never destroyed: static objects of the program may release handles when it ends. Nor
+    // allocated: the first to ask may be an object that ends.
+    alignas(HandleTable) static std::byte place[sizeof(HandleTable)];
+    static HandleTable* const table = new (place) HandleTable;
     return *table;
   }
 
@@ -51,7 +54,10 @@ class HandleTable {
   Object* Add(std::shared_ptr<Object> object) {
     Object* const handle = object.get();
     const std::lock_guard lock(mutex_);
-    entries_[handle] = {object, std::move(object), 1};
+    // Where there is no memory for the entry, `object` still holds the object, and ends it after
+    // the lock: destructors call Forget.
+    Entry& entry = entries_[handle];
+    entry = {object, object, 1};
     return handle;
   }
 

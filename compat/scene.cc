@@ -129,8 +129,7 @@ void Scene::Commit() {
 }
 
 Scene::Snapshot::Snapshot(Device& device, Selection selection)
-    : device_(device),
-      has_instances_(std::any_of(
+    : has_instances_(std::any_of(
           selection.geometries.begin(), selection.geometries.end(),
           [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
       used_(std::move(selection.used)),
@@ -138,13 +137,8 @@ Scene::Snapshot::Snapshot(Device& device, Selection selection)
   if (const auto& ranks = device.ranks()) {
     shared_ = ranks->Commit(mpi::Local(*device.engine(), scene_), selection.geometries,
                             OptionsFor(selection.flags));
-    if (!shared_->is_shared()) device_.NoteSceneStays();
+    if (!shared_->is_shared()) device.NoteSceneStays();
   }
-  if (scene_.KeptBytes() > 0) device_.AnnounceAllocation(scene_.KeptBytes());
-}
-
-Scene::Snapshot::~Snapshot() {
-  if (scene_.KeptBytes() > 0) device_.AnnounceFree(scene_.KeptBytes());
 }
 
 void Scene::CheckGeometriesCommitted() const {

@@ -94,9 +94,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// The engine's scene with the memory that it reads, which goes after it.
   class Snapshot {
    public:
-    /// Throws RTC_ERROR_OUT_OF_MEMORY if the memory monitor refuses what the engine's scene keeps.
     Snapshot(Device& device, Selection selection);
-    ~Snapshot();
     Snapshot(const Snapshot&) = delete;
     Snapshot& operator=(const Snapshot&) = delete;
 
@@ -107,7 +105,6 @@ class Scene : public std::enable_shared_from_this<Scene> {
     bool has_instances() const { return has_instances_; }
 
    private:
-    Device& device_;
     const bool has_instances_;
     std::vector<std::shared_ptr<const void>> used_;
     dacrt::Scene scene_;

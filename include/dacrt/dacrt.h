@@ -43,8 +43,8 @@ namespace dacrt {
 
 /// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
 /// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
-/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any
-/// thread may call it. It must not throw.
+/// returns has no meaning. That is workspaces, what scenes keep between calls, and what splitting a
+/// large scene takes while it lasts. Any thread may call it. It must not throw, nor trace.
 using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 
 /// Owns what calls share: the settings, the choice of instruction set, the threads, and the

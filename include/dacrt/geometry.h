@@ -62,7 +62,7 @@ enum class Shape : uint8_t {
 
 /// A grid of `width` x `height` vertices: the one in column x and row y has the index
 /// first_vertex + y * vertex_stride + x. Hits have u from 0 to 1 along the rows, v along the
-/// columns.
+/// columns. A grid that reaches beyond the vertices is left out as a whole.
 struct GridPrimitive {
   uint32_t first_vertex;
   uint32_t vertex_stride;

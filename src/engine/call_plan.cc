@@ -35,7 +35,7 @@ constexpr std::size_t kLeastPieceRays = 1024;
 
 CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings)
     : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)), workers(1), can_shrink_(keeps) {
-  if (!keeps) return;
+  if (!keeps || rays == 0) return;
   piece_rays = std::min(piece_rays, kKeptPieceRays);
   least_piece_ = std::clamp(rays / (threads * kLeastPartOfShare), kFewestShared, kMostAsLeast);
   least_piece_ = std::min(least_piece_, piece_rays);

@@ -84,6 +84,16 @@ float Interpolate(float a, float b, float fraction) {
   return std::fma(1.0f - fraction, a, fraction * b);
 }
 
+/// Whether all vertices of a grid are there. As with Embree, one that reaches beyond them is left
+/// out as a whole, which also costs no look at its cells.
+bool IsLegal(const GridPrimitive& grid, std::size_t vertex_count) {
+  const auto is_legal = [](uint32_t count) { return count >= kLeastGrid && count <= kMostGrid; };
+  if (!is_legal(grid.width) || !is_legal(grid.height)) return false;
+  const std::size_t last =
+      grid.first_vertex + std::size_t{grid.vertex_stride} * (grid.height - 1u) + grid.width - 1u;
+  return last < vertex_count;
+}
+
 bool IsUsable(const float* corner) {
   // Negated, so that a coordinate which is not a number fails as well.
   return std::abs(corner[0]) <= kLargestCoordinate && std::abs(corner[1]) <= kLargestCoordinate &&
@@ -193,8 +203,7 @@ void Shapes::Derive(uint32_t geometry) {
     }
     derived.first_cells.push_back(static_cast<uint32_t>(cells));
     const auto primitive = Read<GridPrimitive>(g.primitives, grid);
-    const auto is_legal = [](uint32_t count) { return count >= kLeastGrid && count <= kMostGrid; };
-    if (!is_legal(primitive.width) || !is_legal(primitive.height)) continue;
+    if (!IsLegal(primitive, g.vertex_count)) continue;
     cells += std::size_t{primitive.width - 1u} * (primitive.height - 1u);
   }
   derived.item_count = cells;
@@ -292,7 +301,9 @@ GridCell Shapes::CellOf(uint32_t geometry, uint32_t item) const {
   const auto grid =
       static_cast<uint32_t>(std::upper_bound(first.begin(), first.end(), item) - first.begin() - 1);
   const auto primitive = Read<GridPrimitive>(geometries_[geometry].primitives, grid);
-  const uint32_t cell = item - first[grid], columns = primitive.width - 1u;
+  // The program may have written another width meanwhile, even none.
+  const uint32_t columns = std::max<uint32_t>(primitive.width, kLeastGrid) - 1;
+  const uint32_t cell = item - first[grid];
   return {grid, cell % columns, cell / columns, columns, primitive.height - 1u};
 }
 

@@ -19,6 +19,8 @@
 #define DACRT_GEOMETRY_TRIANGLE_TEST_INL_H_
 #endif
 
+#include <limits>
+
 #include "geometry/ray_box-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -107,13 +109,16 @@ HWY_INLINE auto PassesInside(const PairTermsOf<Vec>& terms) {
 /// compared by its name: so the depth test here has slack, and whoever takes the hit decides.
 constexpr float kDepthSlack = 1.0f + 0x1p-20f;
 
-/// Pairs that meet the plane within the ray's interval, by T and den.
+/// Pairs that meet the plane within the ray's interval, by T and den. Where T overflows, den * tfar
+/// may do so too; then the plane is beyond every finite tfar.
 template <class Vec>
 HWY_INLINE auto MeetsInDepth(const TestRaysOf<Vec>& rays, Vec t, Vec den) {
   const Vec zero = hn::Zero(hn::DFromV<Vec>());
+  const Vec farthest = hn::Max(rays.tfar, SetLike(t, std::numeric_limits<float>::max()));
   const Vec limit = hn::Mul(hn::Mul(den, rays.tfar), SetLike(t, kDepthSlack));
   return hn::And(hn::And(hn::Gt(den, zero), hn::Ge(t, zero)),
-                 hn::And(hn::Lt(hn::Mul(den, rays.tnear), t), hn::Le(t, limit)));
+                 hn::And(hn::Lt(hn::Mul(den, rays.tnear), t),
+                         hn::And(hn::Le(t, limit), hn::Le(t, farthest))));
 }
 
 /// Pairs that lie within tfar by Embree's depth test, T <= den * tfar.

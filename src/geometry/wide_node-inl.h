@@ -102,6 +102,7 @@ struct ChildPlanes {
 /// Sets the volumes of `node` to ones that hold `boxes`, widened. Unused children get volumes that
 /// are inside out.
 inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node) {
+  DACRT_ASSERT(count >= 1 && count <= WideNode::kWidth);
   node.count = static_cast<uint8_t>(count);
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "runtime/assert.h"
+
 namespace dacrt {
 
 /// What stands behind a child volume, in one word: what it is, and its number or place.
@@ -24,10 +26,22 @@ class ChildWord {
   static constexpr uint32_t kMostBlock = (1u << 30) - 1;
   static constexpr uint32_t kMostRange = (1u << 31) - 1;
 
-  static constexpr ChildWord Inner(uint32_t number) { return ChildWord(number); }
-  static constexpr ChildWord Subset(uint32_t number) { return ChildWord(kSubset | number); }
-  static constexpr ChildWord Block(uint32_t place) { return ChildWord(kBlock | place); }
-  static constexpr ChildWord Range(uint32_t place) { return ChildWord(kRange | place); }
+  static constexpr ChildWord Inner(uint32_t number) {
+    DACRT_ASSERT(number <= kMostNumber);
+    return ChildWord(number);
+  }
+  static constexpr ChildWord Subset(uint32_t number) {
+    DACRT_ASSERT(number <= kMostNumber);
+    return ChildWord(kSubset | number);
+  }
+  static constexpr ChildWord Block(uint32_t place) {
+    DACRT_ASSERT(place <= kMostBlock);
+    return ChildWord(kBlock | place);
+  }
+  static constexpr ChildWord Range(uint32_t place) {
+    DACRT_ASSERT(place <= kMostRange);
+    return ChildWord(kRange | place);
+  }
 
   constexpr ChildWord() = default;
   constexpr explicit ChildWord(uint32_t bits) : bits_(bits) {}
@@ -65,9 +79,11 @@ struct alignas(64) WideNode {
   /// What other threads may change meanwhile: a child from a subset to its node, or from a range to
   /// a block. Old and new say the same.
   ChildWord Child(std::size_t i) const {
+    DACRT_ASSERT(i < count);
     return ChildWord(std::atomic_ref(const_cast<uint32_t&>(child[i])).load(kAcquire));
   }
   void SetChild(std::size_t i, ChildWord word) {
+    DACRT_ASSERT(i < count);
     std::atomic_ref(child[i]).store(word.bits(), kRelease);
   }
 

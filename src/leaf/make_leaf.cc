@@ -6,6 +6,7 @@
 
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
+#include "runtime/assert.h"
 
 namespace dacrt {
 namespace {
@@ -53,6 +54,7 @@ class VertexSet {
     for (uint8_t i = 0; shared_ == SharedVertices::kFind && i < count_; ++i) {
       if (keys_[i] == key && std::memcmp(vertices_[i], values, sizeof(values)) == 0) return i;
     }
+    DACRT_ASSERT(count_ < 3 * kLeafLanes);
     keys_[count_] = key;
     std::memcpy(vertices_[count_], values, sizeof(values));
     return count_++;
@@ -111,6 +113,7 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
     block.second |= static_cast<uint8_t>(1u << lane);
     place(2, 3, 1);
   }
+  DACRT_ASSERT(lane <= kLeafLanes);
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
   std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
@@ -178,6 +181,7 @@ MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first
     auto& block = *reinterpret_cast<LeafBlock*>(blocks + bytes);
     WriteBlock(meshes, kind, items, first, left == 0, shared, block);
     bytes += block.Bytes();
+    DACRT_ASSERT(bytes + KeptPartition::kReadBehind <= kMostLeafBytes);
   }
   return {bytes, count, is_last};
 }

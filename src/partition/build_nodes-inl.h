@@ -58,6 +58,7 @@ class Opening {
   void Split(size_t open, const Kind& kind, TriangleRef* refs, SubsetScratch& scratch) {
     const WeighedChildren halves = SplitBySurface(kind, refs, children_[open], scratch);
     std::copy_backward(children_ + open + 1, children_ + count_, children_ + count_ + 1);
+    DACRT_ASSERT(halves.left.range.count() > 0 && halves.right.range.count() > 0);
     children_[open] = halves.left;
     children_[open + 1] = halves.right;
     ++count_;
@@ -116,6 +117,7 @@ class NodeBuilder {
     } else {
       children.Dissolve(kind_, refs_, leaves_.most(), scratch_);
     }
+    DACRT_ASSERT(number < nodes_.size());
     WideNode& node = nodes_[number];
     children.Encode(node);
     node.visits = 0;

@@ -21,7 +21,8 @@ std::size_t Grid::Bytes(std::size_t triangles, std::size_t parts) {
          triangles * (sizeof(uint32_t) + sizeof(uint16_t));
 }
 
-Grid::Grid(std::size_t count, std::size_t parts) : cells_an_axis(1), memory_(Bytes(count, parts)) {
+Grid::Grid(std::size_t count, std::size_t parts, const MemoryAccount* account)
+    : cells_an_axis(1), memory_(Bytes(count, parts), account) {
   while (cells_an_axis < kMostCellsAnAxis && CellCount() < count) ++cells_an_axis;
   std::byte* next = memory_.data();
   const auto cut = [&next]<class T>(T*& array, std::size_t size) {

@@ -21,8 +21,8 @@ class Grid {
   /// each thread, but none that is too small to be worth its cells.
   static std::size_t PartsFor(std::size_t triangles, std::size_t threads);
 
-  /// Throws std::bad_alloc.
-  Grid(std::size_t triangles, std::size_t parts);
+  /// `account` as for Pages. Throws std::bad_alloc.
+  Grid(std::size_t triangles, std::size_t parts, const MemoryAccount* account);
 
   /// Bytes of a grid for `triangles` triangles in `parts` parts.
   static std::size_t Bytes(std::size_t triangles, std::size_t parts);

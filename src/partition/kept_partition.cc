@@ -36,11 +36,11 @@ std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
 }
 
 KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
-                             TaskPool& tasks)
-    : meshes_(meshes) {
+                             TaskPool& tasks, const MemoryAccount* account)
+    : meshes_(meshes), account_(account) {
   const std::size_t most = meshes.triangle_count();
   const std::size_t bytes = std::max(budget, LeastBytes(most)) / kLeafUnit * kLeafUnit;
-  memory_ = Pages(bytes);
+  memory_ = Pages(bytes, account);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
   next += RoundUp(sizeof(uint32_t) * most, alignof(WideNode));
@@ -103,6 +103,7 @@ bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, u
     if (nodes + node_count > ChildWord::kMostNumber) return false;
     first_node = static_cast<uint32_t>(nodes);
   } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{node_count} << 32)));
+  DACRT_ASSERT(BytesUsed() <= BytesReserved());
   return true;
 }
 
@@ -118,6 +119,7 @@ bool KeptPartition::AllocateLeaf(std::size_t bytes, uint32_t& place) {
     const std::size_t end = (memory_.bytes() - kReadBehind) / kLeafUnit;
     place = static_cast<uint32_t>(end - used - units);
   } while (!taken_.compare_exchange_weak(taken, taken + units));
+  DACRT_ASSERT(BytesUsed() <= BytesReserved());
   return true;
 }
 

@@ -18,6 +18,7 @@
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "leaf/leaf_block.h"
+#include "runtime/assert.h"
 #include "runtime/pages.h"
 #include "runtime/tasks.h"
 
@@ -69,8 +70,10 @@ class KeptPartition {
 
   /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a hundredth of a byte more for each
-  /// counts as one that just does. Throws std::bad_alloc.
-  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks);
+  /// counts as one that just does. `account`, if there is one, hears of them, and of the memory
+  /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
+  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks,
+                const MemoryAccount* account = nullptr);
 
   /// Least budget with which anything is kept.
   static std::size_t LeastBytes(std::size_t triangles);
@@ -82,14 +85,24 @@ class KeptPartition {
   const Box& centers() const { return centers_; }
 
   const MeshTable& meshes() const { return meshes_; }
+  const MemoryAccount* account() const { return account_; }
   /// The numbers of the triangles (see MeshTable::Number), in the kept order, with marks. Those of
   /// a subset may be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
-  WideNode& node(uint32_t number) { return nodes_[number]; }
-  const WideNode& node(uint32_t number) const { return nodes_[number]; }
+  WideNode& node(uint32_t number) {
+    DACRT_ASSERT(number < NodesUsed());
+    return nodes_[number];
+  }
+  const WideNode& node(uint32_t number) const {
+    DACRT_ASSERT(number < NodesUsed());
+    return nodes_[number];
+  }
   /// Subset 0 is the whole scene.
-  Subset& subset(uint32_t number) { return subsets_[number]; }
+  Subset& subset(uint32_t number) {
+    DACRT_ASSERT(number < subset_count_);
+    return subsets_[number];
+  }
 
   PartitionView view() { return {nodes_, triangles_.data(), memory_.data()}; }
 
@@ -122,8 +135,10 @@ class KeptPartition {
 
  private:
   void List(ListFunction list, TaskPool& tasks);
+  std::size_t NodesUsed() const { return taken_ >> 32; }
 
   const MeshTable& meshes_;
+  const MemoryAccount* const account_;
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();
   Pages memory_;

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "partition/grid.h"
+#include "partition/split_in_place-inl.h"
 #include "partition/split_subset-inl.h"
 #include "runtime/tasks.h"
 
@@ -127,24 +128,28 @@ inline void MoveToPlaces(std::span<uint32_t> triangles, const GridPart& part, co
   }
 }
 
-inline Box CentersOf(KeptPartition& kept, std::span<const uint32_t> triangles) {
-  CornerBounds centers;
-  for (const uint32_t triangle : triangles) {
-    const auto [lower, upper] = BoundUsable(kept.meshes(), kept.meshes().Locate(triangle));
-    centers.Extend(TwiceCenter(lower, upper));
+/// Moves all parts. Where one cannot be moved for want of memory, all triangles stand as before:
+/// otherwise some would stand in two places, and others in none.
+template <class ForEachPart>
+inline void MoveAll(std::span<uint32_t> triangles, const Grid& grid,
+                    const ForEachPart& for_each_part) {
+  try {
+    for_each_part([&](const GridPart& part) { MoveToPlaces(triangles, part, grid); });
+  } catch (...) {
+    std::copy_n(grid.triangles, triangles.size(), triangles.begin());
+    throw;
   }
-  return centers.Get();
 }
 
 /// Returns the number of the root, or Subset::kNoRoom. Where `tasks` is not null its threads work
-/// together.
+/// together. Throws std::bad_alloc; the triangles stand as before then.
 inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch,
                             TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
-  const Box centers = is_all ? kept.centers() : CentersOf(kept, triangles);
+  const Box centers = is_all ? kept.centers() : BoundNumbers(kept.meshes(), triangles).centers;
   const size_t parts = tasks ? Grid::PartsFor(subset.count, tasks->threads()) : 1;
-  Grid grid(subset.count, parts);
+  Grid grid(subset.count, parts, kept.account());
   const auto for_each_part = [&](const auto& body) {
     const auto call = [&](size_t i) {
       body(GridPart{i, i * subset.count / parts, (i + 1) * subset.count / parts});
@@ -179,16 +184,34 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
     }
     child.count = subset.begin + next - child.begin;
     child.root = Subset::kUnsplit;
+    DACRT_ASSERT(child.count > 0);
   }
-  for_each_part([&](const GridPart& part) { MoveToPlaces(triangles, part, grid); });
+  DACRT_ASSERT(next == subset.count);
+  MoveAll(triangles, grid, for_each_part);
   return root;
+}
+
+/// Splits a subset in the way that its size and the memory allow. Returns as above.
+/// Throws std::bad_alloc where there is no memory for a small one.
+inline uint32_t SplitSubset(KeptPartition& kept, const Subset& subset, SubsetScratch* scratch,
+                            TaskPool* tasks) {
+  if (subset.count <= SubsetScratch::kTriangles) {
+    if (!scratch) throw std::bad_alloc();
+    return SplitSmallSubset(kept, subset, *scratch);
+  }
+  try {
+    if (scratch) return SplitByGrid(kept, subset, *scratch, tasks);
+  } catch (const std::bad_alloc&) {
+  }
+  // To test every ray against every triangle of a large one would take as good as for ever.
+  return SplitInPlace(kept, subset);
 }
 
 /// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if the budget does
 /// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
 ///
-/// Where there is no scratch, or no memory, `otherwise()` is called while nobody else can split the
-/// subset, and nothing is returned.
+/// Where there is no memory to split a small subset, `otherwise()` is called while nobody else can
+/// split it, and nothing is returned.
 template <class Otherwise>
 inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, SubsetScratch* scratch,
                                       TaskPool* tasks, const Otherwise& otherwise) {
@@ -201,14 +224,12 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
     subset.root.wait(Subset::kBeingSplit);
   }
   const auto publish = [&](uint32_t root) {
+    DACRT_ASSERT(subset.root == Subset::kBeingSplit);
     subset.root.store(root, std::memory_order_release);
     subset.root.notify_all();
   };
   try {
-    if (!scratch) throw std::bad_alloc();
-    const uint32_t root = subset.count > SubsetScratch::kTriangles
-                              ? SplitByGrid(kept, subset, *scratch, tasks)
-                              : SplitSmallSubset(kept, subset, *scratch);
+    const uint32_t root = SplitSubset(kept, subset, scratch, tasks);
     publish(root);
     if (root < Subset::kNoRoom && subset.parent != Subset::kNowhere) {
       kept.node(subset.parent / WideNode::kWidth)

@@ -53,6 +53,7 @@ struct TriangleLeaves {
 /// nodes, 0 if they have no room.
 inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_t first,
                              std::span<uint32_t> order, SubsetScratch& scratch) {
+  DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
   const TriangleRange range = ReferTriangles(meshes, order, scratch);
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};

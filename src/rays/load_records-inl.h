@@ -15,6 +15,7 @@
 #include "geometry/ray_box-inl.h"
 #include "rays/ray_record.h"
 #include "rays/record_layout.h"
+#include "runtime/assert.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -133,6 +134,7 @@ struct LoadedRays {
 /// cache.
 inline LoadedRays LoadRecords(const RayView& view, size_t first, size_t count, RayRecord* rays,
                               uint32_t* callers) {
+  DACRT_ASSERT(count <= kMostPieceRays);
   const RecordLayout layout(view);
   LoadedRays loaded;
   for (size_t i = 0; i < count; ++i) ++loaded.end[OctantOf(layout, first + i)];

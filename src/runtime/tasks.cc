@@ -5,16 +5,37 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cfenv>
 
 namespace dacrt {
+namespace {
+
+/// Sets the floating-point environment of a thread, and back.
+class WithEnvironment {
+ public:
+  explicit WithEnvironment(const std::fenv_t& environment) {
+    std::fegetenv(&own_);
+    std::fesetenv(&environment);
+  }
+  ~WithEnvironment() { std::fesetenv(&own_); }
+  WithEnvironment(const WithEnvironment&) = delete;
+  WithEnvironment& operator=(const WithEnvironment&) = delete;
+
+ private:
+  std::fenv_t own_;
+};
+
+}  // namespace
 
 struct TaskPool::Arena {
   explicit Arena(std::size_t threads) : arena(static_cast<int>(threads)) {}
   tbb::task_arena arena;
 };
 
-TaskPool::TaskPool(std::size_t threads)
-    : threads_(static_cast<std::size_t>(tbb::info::default_concurrency())) {
+TaskPool::TaskPool(std::size_t threads) : threads_(1) {
+  // Without oneTBB, which never comes back from running out of memory while it starts.
+  if (threads == 1) return;
+  threads_ = static_cast<std::size_t>(tbb::info::default_concurrency());
   if (threads != 0) threads_ = std::min(threads, threads_);
   arena_ = std::make_unique<Arena>(threads_);
 }
@@ -27,15 +48,28 @@ void TaskPool::ForEach(std::size_t count, const std::function<void(std::size_t)>
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
+  std::fenv_t callers;
+  std::fegetenv(&callers);
   const auto run = [&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
+          const WithEnvironment environment(callers);
           for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
         },
         tbb::simple_partitioner());
   };
   arena_->arena.execute([&] { tbb::this_task_arena::isolate(run); });
+}
+
+void TaskPool::Enter(const std::function<void()>& body) {
+  if (threads_ == 1) return body();
+  std::fenv_t callers;
+  std::fegetenv(&callers);
+  arena_->arena.execute([&] {
+    const WithEnvironment environment(callers);  // another thread may do it
+    body();
+  });
 }
 
 }  // namespace dacrt

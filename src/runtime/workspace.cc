@@ -1,8 +1,9 @@
 #include "runtime/workspace.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
+
+#include "runtime/assert.h"
 
 namespace dacrt {
 namespace {
@@ -27,6 +28,8 @@ class Cutter {
 
   /// Moves on by some cache lines.
   void Skip(std::size_t lines) { next_ += lines * kAlignment; }
+
+  std::byte* next() const { return next_; }
 
  private:
   std::byte* next_;
@@ -102,6 +105,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   const std::size_t listed = WorkspaceShape::kPacketLists * shape.cones;
   batch_.packets = {cutter.Cut<RayBlock>(listed), listed};
   batch_.ray_masks = cutter.Cut<uint32_t>(shape.rays);
+  DACRT_ASSERT(cutter.next() <= memory_.data() + bytes);
 }
 
 WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
@@ -119,6 +123,7 @@ WorkspacePool::Loan::Loan(WorkspacePool& pool) : pool_(pool) {
 
 WorkspacePool::Loan::~Loan() {
   const std::lock_guard lock(pool_.mutex_);
+  DACRT_ASSERT(pool_.idle_.size() < pool_.idle_.capacity());  // room that the loan made
   // The largest one is lent next.
   const auto place = std::find_if(pool_.idle_.begin(), pool_.idle_.end(), [&](const auto& other) {
     return other->bytes() > workspace_->bytes();
@@ -155,43 +160,26 @@ std::size_t WorkspacePool::BytesHeld() const {
   return bytes_held_;
 }
 
-void WorkspacePool::ReleaseIdle() {
-  std::vector<std::unique_ptr<Workspace>> released;
-  {
-    const std::lock_guard lock(mutex_);
-    released = TakeIdle(idle_.size());
-  }
-  Release(std::move(released));
-}
+void WorkspacePool::ReleaseIdle() { ReleaseAllBut(0); }
 
-void WorkspacePool::ReleaseSpare() {
-  std::vector<std::unique_ptr<Workspace>> released;
-  {
-    const std::lock_guard lock(mutex_);
-    released = TakeIdle(idle_.empty() ? 0 : idle_.size() - 1);
-  }
-  Release(std::move(released));
-}
+void WorkspacePool::ReleaseSpare() { ReleaseAllBut(1); }
 
-/// The `count` smallest.
-std::vector<std::unique_ptr<Workspace>> WorkspacePool::TakeIdle(std::size_t count) {
-  const auto begin = idle_.begin(), end = begin + static_cast<std::ptrdiff_t>(count);
-  std::vector<std::unique_ptr<Workspace>> taken(std::make_move_iterator(begin),
-                                                std::make_move_iterator(end));
-  idle_.erase(begin, end);  // which leaves the room for those on loan
-  return taken;
-}
-
-void WorkspacePool::Release(std::vector<std::unique_ptr<Workspace>> workspaces) {
-  std::size_t bytes = 0;
-  for (const auto& workspace : workspaces) bytes += workspace->bytes();
-  {
-    const std::lock_guard lock(mutex_);
-    bytes_held_ -= bytes;
-    workspaces_ -= workspaces.size();
+/// One after the other, which takes no memory: it is called where there is none, and at the end.
+void WorkspacePool::ReleaseAllBut(std::size_t kept) {
+  for (;;) {
+    std::unique_ptr<Workspace> smallest;
+    {
+      const std::lock_guard lock(mutex_);
+      if (idle_.size() <= kept) return;
+      smallest = std::move(idle_.front());
+      idle_.erase(idle_.begin());  // which leaves the room for those on loan
+      bytes_held_ -= smallest->bytes();
+      --workspaces_;
+    }
+    const std::size_t bytes = smallest->bytes();
+    smallest.reset();
+    memory_.Give(bytes);
   }
-  workspaces.clear();
-  memory_.Give(bytes);
 }
 
 }  // namespace dacrt

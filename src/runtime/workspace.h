@@ -160,8 +160,8 @@ class WorkspacePool {
   void ReleaseSpare();
 
  private:
-  std::vector<std::unique_ptr<Workspace>> TakeIdle(std::size_t count);
-  void Release(std::vector<std::unique_ptr<Workspace>> workspaces);
+  /// Gives back all idle ones but the largest `kept`.
+  void ReleaseAllBut(std::size_t kept);
 
   const MemoryAccount& memory_;
   mutable std::mutex mutex_;

@@ -101,7 +101,8 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     const std::size_t most = parts.meshes.triangle_count();
     if (Engine().Keeps()) {
       parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
-                                                   Engine().kernels.partition.list, Engine().tasks);
+                                                   Engine().kernels.partition.list, Engine().tasks,
+                                                   &Engine().memory);
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {

@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "rays/ray_record.h"
+#include "runtime/assert.h"
 #include "trace/trace_task.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -62,6 +63,7 @@ HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* 
     filtered += hwy::PopCount(bits);
   }
 #endif
+  DACRT_ASSERT(filtered <= count);
   return filtered;
 }
 
@@ -70,6 +72,7 @@ template <class T>
 HWY_INLINE T* CutList(ListMemory& memory, size_t count) {
   T* const array = reinterpret_cast<T*>(memory.top);
   memory.top += (count * sizeof(T) + 63) / 64 * 64;
+  DACRT_ASSERT(memory.top <= memory.end);
   return array;
 }
 

@@ -1,6 +1,7 @@
 // Calls from several threads at once: the answers are those of one thread.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <thread>
@@ -109,6 +110,33 @@ TEST(Concurrency, ReferencesAreCountedFromAnyThread) {
   });
   EXPECT_EQ(s.HitGeometry(scene), 0u);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+// The threads of a device came, in one call, to an instance whose scene another call was just
+// splitting, and waited for it, while that call waited for a free thread to help.
+TEST(Concurrency, ASceneIsSplitWhileItIsTracedThroughAnInstance) {
+  Session s(DropIn());
+  // Large enough for several threads to split it, and rays enough for all threads.
+  const std::vector<RTCRayHit> rays = RandomRays(1, 20000);
+  std::vector<RTCRayHit> expected;
+  for (int repeat = 0; repeat < 30; ++repeat) {
+    Session own(DropIn());
+    const RTCScene inner = TriangleSoup(own, 1, 100000);
+    const RTCGeometry instance = Instance(own, inner);
+    own.api.rtcCommitGeometry(instance);
+    const RTCScene outer = own.SceneOf(instance);
+    std::vector<RTCRayHit> through_instance, direct;
+    std::thread first([&] { through_instance = Answer(own, outer, rays); });
+    // At another moment of the other call each time.
+    std::this_thread::sleep_for(std::chrono::microseconds(40 * repeat));
+    direct = Answer(own, inner, rays);
+    first.join();
+    if (expected.empty()) expected = direct;
+    EXPECT_TRUE(AreEqual(direct, expected));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(through_instance[i].hit.primID, direct[i].hit.primID);
+    }
+  }
 }
 
 }  // namespace

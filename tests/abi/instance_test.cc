@@ -475,5 +475,26 @@ TEST(DropInInstance, OfItsOwnSceneByWayOfAnotherIsRefused) {
               "rtcSetGeometryInstancedScene: scene would be an instance in itself");
 }
 
+// A geometry's version was that of its own changes and of the instanced scene's commits together;
+// one that went to a scene of one commit less looked as if it had not changed.
+TEST_F(Instances, OneThatShowsAnotherSceneIsSeenAtTheNextCommit) {
+  for (Session* const s : {&real, &ours}) {
+    const RTCGeometry far = s->Triangle(0);
+    const RTCScene first = s->SceneOf(far), second = s->SceneOf(s->Triangle(-1));
+    s->api.rtcDetachGeometry(first, 0);
+    s->api.rtcAttachGeometryByID(first, far, 3);
+    s->api.rtcCommitScene(first);  // for the second time
+    const RTCGeometry instance = NewInstance(*s, first);
+    s->api.rtcCommitGeometry(instance);
+    const RTCScene outer = s->SceneOf(instance);
+    EXPECT_EQ(s->HitGeometry(outer), 3u) << s->api.name;
+    s->api.rtcSetGeometryInstancedScene(instance, second);
+    s->api.rtcCommitGeometry(instance);
+    s->api.rtcCommitScene(outer);
+    EXPECT_EQ(s->HitGeometry(outer), 0u) << s->api.name;
+    EXPECT_EQ(s->TakeError(), RTC_ERROR_NONE);
+  }
+}
+
 }  // namespace
 }  // namespace dacrt::tests

@@ -52,6 +52,15 @@ TEST(CallPlanTest, PiecesHoldAllRays) {
   }
 }
 
+// The number of pieces was divided by their size, which is 0.
+TEST(CallPlanTest, ACallWithoutRaysHasAPlan) {
+  for (const bool keeps : {false, true}) {
+    const CallPlan plan(0, 8, keeps, WithPieces(1u << 20));
+    EXPECT_EQ(plan.workers, 1u);
+    EXPECT_EQ(plan.piece_rays, 0u);
+  }
+}
+
 // Where nothing is kept each piece partitions anew: as few as can be, on the caller's thread.
 TEST(CallPlanTest, WithoutAKeptPartitionPiecesAreAsLargeAsTheSettingsSay) {
   for (const std::size_t rays : kRayCounts) {

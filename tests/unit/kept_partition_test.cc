@@ -11,6 +11,8 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <new>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -35,11 +37,12 @@ constexpr size_t kPlenty = size_t{1} << 24;
 /// A partition with all that it needs.
 class Kept {
  public:
-  Kept(std::vector<Mesh> meshes, size_t budget)
+  /// `account` as for KeptPartition.
+  Kept(std::vector<Mesh> meshes, size_t budget, const MemoryAccount* account = nullptr)
       : meshes_(std::move(meshes)),
         table_(Views(meshes_)),
         tasks_(1),
-        partition(table_, budget, ListTriangles, tasks_),
+        partition(table_, budget, ListTriangles, tasks_, account),
         scratch(std::make_unique<SubsetScratch>()) {}
 
   /// Of geometries of every shape, whose memory is the caller's.
@@ -161,8 +164,8 @@ class Walker : public Counts {
         WalkSubset(child.number(), volumes, depth + 1);
         // Once split, the way to it is the shorter one.
         const uint32_t root = subset.root;
-        ASSERT_EQ(node.Child(i).bits(), root < Subset::kNoRoom ? ChildWord::Inner(root).bits()
-                                                               : child.bits());
+        ASSERT_EQ(node.Child(i).bits(),
+                  root < Subset::kNoRoom ? ChildWord::Inner(root).bits() : child.bits());
       } else {
         const Subset* const subset = SubsetWithRoot(child.number());
         WalkNode(child.number(), volumes, depth + 1, subset ? subset->begin : begin,
@@ -403,7 +406,8 @@ void TheBudgetIsNeverExceeded() {
   EXPECT_GE(some, 3u);
 }
 
-// --- Room ------------------------------------------------------------------------------------------
+// --- Room
+// ------------------------------------------------------------------------------------------
 
 /// Bytes that have an owner, by their addresses.
 class Owned {
@@ -600,7 +604,8 @@ void ThreadsAgree() {
           // Breadth first: subsets as they are found.
           std::vector<uint32_t> subsets = {0};
           for (size_t i = 0; i < subsets.size(); ++i) {
-            const uint32_t root = *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
+            const uint32_t root =
+                *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
             roots[t].push_back(root);
             if (root == Subset::kNoRoom) continue;
             std::vector<uint32_t> open = {root};
@@ -667,6 +672,74 @@ void WithoutScratchTheSubsetStays() {
   Walker(kept).Walk(true);
 }
 
+/// What is allowed when a partition is made, and nothing afterwards.
+class NoGrids {
+ public:
+  MemoryAccount account{[this](std::ptrdiff_t bytes) { return bytes < 0 || !is_made; }};
+  bool is_made = false;
+};
+
+// They stayed as they were, and each ray was tested against every triangle.
+void LargeSubsetsAreSplitWhereThereIsNoMemoryForAGrid() {
+  Random random(36);
+  Mesh same, around_one_point, line;
+  for (int i = 1; i <= 20000; ++i) {
+    const float s = static_cast<float>(i);
+    same.Add({1, -1, -1}, {1, 1, -1}, {1, 0, 1});
+    around_one_point.Add({-s, -s, -s}, {s, s, -s}, {0, 0, s});
+    const float far = std::exp2(static_cast<float>(i % 100) - 50) * (1 + s * 1e-5f);
+    line.Add({far, 0, 0}, {far, 1, 0}, {far, 0, 1});
+  }
+  for (const Mesh& mesh : {unit::MakeSoup(random, 2049, 1, 0.1f),
+                           unit::MakeSoup(random, 50000, 1, 0.05f), same, around_one_point, line}) {
+    SCOPED_TRACE(mesh.triangles.size());
+    NoGrids no_grids;
+    Kept kept({mesh}, kPlenty, &no_grids.account);
+    no_grids.is_made = true;
+    Walker walker(kept);
+    walker.Walk(true);
+    if (testing::Test::HasFatalFailure()) return;
+    EXPECT_GT(walker.subsets, mesh.triangles.size() / SubsetScratch::kTriangles);
+    EXPECT_LT(walker.deepest, 60u);
+  }
+  // Without scratch, too, as far as that goes.
+  Kept kept({unit::MakeSoup(random, 5000, 1, 0.05f)}, kPlenty);
+  const auto root =
+      RootOf(kept.partition, 0, nullptr, nullptr, [] { FAIL() << "a large one needs none"; });
+  ASSERT_TRUE(root.has_value());
+  EXPECT_LT(*root, Subset::kNoRoom);
+  Walker(kept).Walk(true);
+}
+
+// Triangles that were moved already stood in two places then, and others in none.
+void IfOnePartCannotBeMovedNoneIs() {
+  Random random(37);
+  constexpr size_t kTriangles = 10000;
+  std::vector<uint32_t> triangles(kTriangles);
+  std::iota(triangles.begin(), triangles.end(), 0u);
+  const auto before = triangles;
+  Grid grid(kTriangles, 1, nullptr);
+  for (size_t i = 0; i < kTriangles; ++i) {
+    grid.triangles[i] = triangles[i];
+    grid.cell_of[i] = static_cast<uint16_t>(i % 2);
+  }
+  const auto move = [&](bool fails) {
+    grid.place[0] = kTriangles / 2;
+    grid.place[1] = 0;
+    MoveAll(triangles, grid, [&](const auto& body) {
+      body(GridPart{0, 0, 3000});
+      if (fails) throw std::bad_alloc();
+      body(GridPart{0, 3000, kTriangles});
+    });
+  };
+  EXPECT_THROW(move(true), std::bad_alloc);
+  EXPECT_EQ(triangles, before);
+  move(false);
+  EXPECT_NE(triangles, before);
+  std::sort(triangles.begin(), triangles.end());
+  EXPECT_EQ(triangles, before);
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
@@ -693,6 +766,8 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodes);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, SmallBudgetsHaveNoLeaves);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ItemsOfTwoLanes);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, WithoutScratchTheSubsetStays);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LargeSubsetsAreSplitWhereThereIsNoMemoryForAGrid);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, IfOnePartCannotBeMovedNoneIs);
 
 }  // namespace dacrt
 #endif  // HWY_ONCE

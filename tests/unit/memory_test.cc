@@ -10,8 +10,11 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <new>
+#include <numeric>
 #include <span>
 #include <string>
 #include <thread>
@@ -325,8 +328,7 @@ TEST(MemoryShortCallTest, ThreadsBorrowOneEach) {
     threads.emplace_back([&] { TracePackets(*monitored.scene, rays, 1); });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_LE(monitored.device->WorkspaceBytesHeld(),
-            kThreads * monitored.scene->WorkspaceBytes(1));
+  EXPECT_LE(monitored.device->WorkspaceBytesHeld(), kThreads * monitored.scene->WorkspaceBytes(1));
 }
 
 // With instances, whose rays need room of their own.
@@ -344,8 +346,8 @@ TEST(MemoryInstanceTest, ACallTakesNoMoreThanTheFormulaSays) {
       triangles.vertex_count = mesh.vertices.size();
       triangles.primitives = {mesh.triangles.data(), 12};
       triangles.primitive_count = mesh.triangles.size();
-      const auto inner = std::make_shared<Scene>(device, std::span<const Geometry>(&triangles, 1),
-                                                 SceneOptions{});
+      const auto inner =
+          std::make_shared<Scene>(device, std::span<const Geometry>(&triangles, 1), SceneOptions{});
       std::vector<Geometry> instances(3);
       for (uint32_t i = 0; i < 3; ++i) {
         instances[i].shape = Shape::kInstance;
@@ -356,8 +358,8 @@ TEST(MemoryInstanceTest, ACallTakesNoMoreThanTheFormulaSays) {
         instances[i].transforms[0].matrix.column[3][0] = static_cast<float>(i);
       }
       const Scene scene(device, instances, SceneOptions{});
-      auto rays = unit::MakeRays(random, budget == 1 ? std::min(count, std::size_t{2000}) : count,
-                                 1);
+      auto rays =
+          unit::MakeRays(random, budget == 1 ? std::min(count, std::size_t{2000}) : count, 1);
       heap_peak = heap_bytes.load();
       const std::size_t heap_before = heap_peak;
       scene.Trace(Query::kClosest, unit::ViewOf(rays));
@@ -387,6 +389,109 @@ TEST(MemoryGrowthTest, AWorkspaceGrowsToTheLargestCall) {
       scene.Trace(Query::kAny, ViewOf(rays));
       largest = std::max(largest, scene.WorkspaceBytes(count) - grid);
       EXPECT_EQ(device->WorkspaceBytesHeld(), largest);
+    }
+  }
+}
+
+/// A device that logs what it tells, and refuses what `refuses` says.
+class Monitored {
+ public:
+  std::vector<std::ptrdiff_t> log;
+  std::function<bool(std::ptrdiff_t)> refuses = [](std::ptrdiff_t) { return false; };
+
+  explicit Monitored(uint32_t threads = 1) {
+    Settings settings;
+    settings.threads = threads;
+    device = std::make_shared<Device>(settings, [this](std::ptrdiff_t bytes) {
+      const std::lock_guard lock(mutex_);
+      if (bytes > 0 && refuses(bytes)) return false;
+      log.push_back(bytes);
+      return true;
+    });
+  }
+
+  std::size_t Times(std::size_t bytes, int sign) const {
+    const auto told = sign * static_cast<std::ptrdiff_t>(bytes);
+    return static_cast<std::size_t>(std::count(log.begin(), log.end(), told));
+  }
+
+ private:
+  std::mutex mutex_;
+
+ public:
+  std::shared_ptr<Device> device;
+};
+
+// It was told when the memory had been taken, by the drop-in only.
+TEST(MemoryMonitorTest, IsAskedBeforeASceneKeepsSomething) {
+  Random random(5);
+  const Mesh mesh = unit::MakeSoup(random, 30000, 1, 0.05f);
+  const TriangleMesh view = mesh.View();
+  Monitored monitored;
+  std::size_t kept;
+  {
+    const Scene scene(monitored.device, {&view, 1});
+    kept = scene.KeptBytes();
+    EXPECT_EQ(monitored.Times(kept, 1), 1u);
+    EXPECT_EQ(monitored.Times(kept, -1), 0u);
+  }
+  EXPECT_EQ(monitored.Times(kept, -1), 1u);
+  monitored.refuses = [&](std::ptrdiff_t bytes) {
+    return bytes == static_cast<std::ptrdiff_t>(kept);
+  };
+  EXPECT_THROW(Scene(monitored.device, {&view, 1}), std::bad_alloc);
+  EXPECT_EQ(monitored.Times(kept, 1), 1u);
+  monitored.device->ReleaseIdleWorkspaces();
+  EXPECT_EQ(std::accumulate(monitored.log.begin(), monitored.log.end(), std::ptrdiff_t{0}), 0);
+}
+
+// It never heard of them.
+TEST(MemoryMonitorTest, IsAskedBeforeAGridIsMade) {
+  Random random(6);
+  constexpr std::size_t kTriangles = 100000;
+  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
+  const TriangleMesh view = mesh.View();
+  for (const uint32_t threads : {1u, 2u}) {
+    Monitored monitored(threads);
+    const Scene scene(monitored.device, {&view, 1});
+    const std::size_t grid = GridBytes(kTriangles, threads);
+    EXPECT_EQ(monitored.Times(grid, 1), 0u);
+    auto rays = unit::MakeRays(random, 1000, 1);
+    scene.Trace(Query::kClosest, unit::ViewOf(rays));
+    EXPECT_EQ(monitored.Times(grid, 1), 1u);
+    EXPECT_EQ(monitored.Times(grid, -1), 1u);
+  }
+}
+
+// What was reserved when the scenes were made suffices: the hits are the same, and what there is no
+// memory for a grid for is split without one. Every ray was tested against every triangle.
+TEST(MemoryMonitorTest, CallsDoWithoutGridsIfItRefusesThem) {
+  Random random(7);
+  const Mesh mesh = unit::MakeSoup(random, 100000, 1, 0.05f);
+  const TriangleMesh view = mesh.View();
+  const auto rays = unit::MakeRays(random, 3000, 1);
+  const auto trace = [&](bool refuses, bool through_instance) {
+    Monitored monitored(2);
+    const auto scene = std::make_shared<Scene>(monitored.device, std::span(&view, 1));
+    Geometry instance;
+    instance.shape = Shape::kInstance;
+    instance.geometry_id = 7;
+    instance.primitive_count = 1;
+    instance.instanced_scene = scene;
+    instance.transforms.resize(1);
+    const Scene outer(monitored.device, std::span(&instance, 1), {});
+    const std::size_t used = scene->KeptBytesUsed();
+    monitored.refuses = [&](std::ptrdiff_t) { return refuses; };
+    auto traced = rays;
+    (through_instance ? outer : *scene).Trace(Query::kClosest, unit::ViewOf(traced));
+    EXPECT_GT(scene->KeptBytesUsed(), used + mesh.triangles.size());
+    return traced;
+  };
+  for (const bool through_instance : {false, true}) {
+    const auto expected = trace(false, through_instance);
+    const auto actual = trace(true, through_instance);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_TRUE(SameBits(actual[i], expected[i])) << i;
     }
   }
 }

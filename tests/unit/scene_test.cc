@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
@@ -139,6 +143,110 @@ TEST(SceneTest, ScenesMayShareADevice) {
   a.Trace(Query::kClosest, ViewOf(second));
   for (std::size_t i = 0; i < first.size(); ++i) EXPECT_TRUE(SameBits(first[i], second[i]));
 }
+
+// It was divided by zero for.
+TEST(SceneTest, ACallWithoutRaysNeedsNoMoreThanOneWithARay) {
+  Random random(8);
+  const Mesh mesh = unit::MakeSoup(random, 1000, 1, 0.1f);
+  const TriangleMesh view = mesh.View();
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const auto device = std::make_shared<Device>(settings);
+    const Scene scene(device, {&view, 1});
+    EXPECT_LE(scene.WorkspaceBytes(0), scene.WorkspaceBytes(1));
+    EXPECT_LE(device->WorkspaceBytes(1000, 0), device->WorkspaceBytes(1000, 1));
+    EXPECT_LE(device->WorkspaceBytes(0, 0), device->WorkspaceBytes(0, 1));
+  }
+}
+
+/// Rays from within the box of a triangle of 1e18 to a side, which end long before they meet it.
+std::vector<Ray> RaysThatEndEarly(std::size_t count) {
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float beside = static_cast<float>(i) * 1e12f;
+    rays.push_back(unit::MakeRay({1e17f + beside, beside, -1e17f}, {0, 0, 1}, 0, 1e4f));
+  }
+  return rays;
+}
+
+// Distance and limit, both times the length of the normal, were infinite, and the one not beyond
+// the other: a hit at t = infinity for a ray that ends at 1e4.
+TEST(SceneTest, ATriangleWhoseDistanceOverflowsIsNotWithinAFiniteTfar) {
+  Mesh mesh;
+  mesh.Add({0, 1e18f, 0}, {-1e18f, -1e18f, -1e18f}, {1e18f, -1e18f, 1e18f});
+  const TriangleMesh view = mesh.View();
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const auto device = std::make_shared<Device>(settings);
+    const auto inner = std::make_shared<Scene>(device, std::span(&view, 1));
+    Geometry instance;
+    instance.shape = Shape::kInstance;
+    instance.primitive_count = 1;
+    instance.instanced_scene = inner;
+    instance.transforms.resize(1);
+    const Scene outer(device, std::span(&instance, 1), {});
+    for (const Scene* const scene : {static_cast<const Scene*>(inner.get()), &outer}) {
+      for (const std::size_t count : {1u, 16u, 100u, 1000u}) {
+        std::vector<Ray> rays = RaysThatEndEarly(count);
+        const std::vector<Ray> before = rays;
+        for (const Query query : {Query::kClosest, Query::kAny}) {
+          scene->Trace(query, unit::ViewOf(rays));
+          for (std::size_t i = 0; i < count; ++i) ASSERT_TRUE(SameBits(rays[i], before[i])) << i;
+        }
+      }
+    }
+  }
+}
+
+#if defined(__SSE__)
+/// Numbers too small for a normal form are zero for the calling thread, as long as this lives.
+class FlushToZero {
+ public:
+  FlushToZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040); }
+  ~FlushToZero() { _mm_setcsr(before_); }
+  FlushToZero(const FlushToZero&) = delete;
+  FlushToZero& operator=(const FlushToZero&) = delete;
+
+ private:
+  const unsigned before_;
+};
+
+// Programs that trace rays set these flags; threads of the library did not have them. The triangles
+// are so small that distances times the length of a normal are zero with them: nothing is hit.
+TEST(SceneTest, FlushToZeroIsTheCallersForAllThreads) {
+  Random random(9);
+  const Mesh mesh = unit::MakeSoup(random, 20000, 1e-13f, 1e-14f);
+  const TriangleMesh view = mesh.View();
+  // Threads that are started with the flags have them.
+  const auto make_scene = [&](uint32_t threads) {
+    Settings settings;
+    settings.threads = threads;
+    return Scene(std::make_shared<Device>(settings), {&view, 1});
+  };
+  const Scene by_one = make_scene(1), by_all = make_scene(0);
+  const auto trace = [&](const Scene& scene) {
+    Random ray_random(10);
+    std::vector<Ray> rays = unit::MakeRays(ray_random, 50000, 1e-13f);
+    scene.Trace(Query::kClosest, unit::ViewOf(rays));
+    return rays;
+  };
+  const auto hits = [](const std::vector<Ray>& rays) {
+    return std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.IsHit(); });
+  };
+  const auto expect_same = [](const std::vector<Ray>& a, const std::vector<Ray>& b) {
+    for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(SameBits(a[i], b[i])) << i;
+  };
+  const auto with_small_numbers = trace(by_one);
+  EXPECT_GT(hits(with_small_numbers), 100);
+  expect_same(trace(by_all), with_small_numbers);
+  const FlushToZero flush_to_zero;
+  const auto without = trace(by_one);
+  EXPECT_LT(hits(without), hits(with_small_numbers));
+  for (int repeat = 0; repeat < 3; ++repeat) expect_same(trace(by_all), without);
+}
+#endif
 
 }  // namespace
 }  // namespace dacrt

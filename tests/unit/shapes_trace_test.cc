@@ -396,6 +396,102 @@ TEST(ShapesTest, InstancesAreMovedScenes) {
   }
 }
 
+// Of several that are equally far away the one with the smallest number in the scene itself counts,
+// whatever the numbers in the instances are.
+TEST(ShapesTest, TiesGoByTheNumbersOfInstances) {
+  Random random(61);
+  const Model model = MakeTriangles(random, 300);
+  const auto rays = MakeRays(random, 2000);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const auto device = std::make_shared<Device>(settings);
+    const auto scene_of = [&](uint32_t id) {
+      const std::vector<Geometry> inner = {TriangleView(model, id)};
+      return std::make_shared<Scene>(device, inner, SceneOptions{});
+    };
+    const auto instance = [&](uint32_t id, uint32_t inner_id) {
+      Geometry geometry;
+      geometry.shape = Shape::kInstance;
+      geometry.geometry_id = id;
+      geometry.primitive_count = 1;
+      geometry.instanced_scene = scene_of(inner_id);
+      geometry.transforms.resize(1);
+      return geometry;
+    };
+    const std::vector<Geometry> first_instance = {instance(9, 1), instance(4, 8), instance(6, 2),
+                                                  TriangleView(model, 5)};
+    const std::vector<Geometry> first_triangles = {instance(9, 1), TriangleView(model, 3),
+                                                   instance(4, 8)};
+    const auto in_instance = Trace(Scene(device, first_instance, SceneOptions{}), rays);
+    const auto in_scene = Trace(Scene(device, first_triangles, SceneOptions{}), rays);
+    EXPECT_GT(CountHits(in_instance), 200u);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      ASSERT_EQ(in_instance[i].IsHit(), in_scene[i].IsHit());
+      if (!in_instance[i].IsHit()) continue;
+      ASSERT_EQ(in_instance[i].instance_id, 4u);
+      ASSERT_EQ(in_instance[i].geometry_id, 8u);
+      ASSERT_EQ(in_scene[i].instance_id, UINT32_MAX);
+      ASSERT_EQ(in_scene[i].geometry_id, 3u);
+    }
+  }
+}
+
+/// An instance that turns half round the z axis between two steps, while its scene, far from the
+/// origin, moves through places that neither step shows.
+TEST(ShapesTest, LinearBoundsHoldARotationAtAllTimes) {
+  Model model;
+  model.steps = {{10, -1, 0, 10, 1, 0, 11, 0, 1}};
+  model.indices = {0, 1, 2};
+  const std::vector<Geometry> inner = {TriangleView(model, 0)};
+  const auto device = std::make_shared<Device>();
+  Geometry instance;
+  instance.shape = Shape::kInstance;
+  instance.primitive_count = 1;
+  instance.instanced_scene = std::make_shared<Scene>(device, inner, SceneOptions{});
+  for (const int halves : {0, 1, 2}) {
+    TransformStep step;
+    step.in_parts = true;
+    step.parts.quaternion[0] = std::cos(static_cast<float>(halves) * 0.75f);
+    step.parts.quaternion[3] = std::sin(static_cast<float>(halves) * 0.75f);
+    instance.transforms.push_back(step);
+    if (instance.transforms.size() < 2) continue;
+    const LinearBounds bounds = Scene(device, {&instance, 1}, SceneOptions{}).linear_bounds();
+    for (int i = 0; i <= 64; ++i) {
+      const float time = static_cast<float>(i) / 64;
+      const AffineTransform transform = TransformAt(instance.transforms, {}, time);
+      for (int corner = 0; corner < 3; ++corner) {
+        const float* const v = &model.steps[0][static_cast<std::size_t>(3 * corner)];
+        for (int axis = 0; axis < 3; ++axis) {
+          float at = transform.column[3][axis];
+          for (int k = 0; k < 3; ++k) at += v[k] * transform.column[k][axis];
+          const auto between = [&](float first, float last) {
+            return first + (last - first) * time;
+          };
+          EXPECT_GE(at, between(bounds.begin.lower[axis], bounds.end.lower[axis]) - 1e-4f) << time;
+          EXPECT_LE(at, between(bounds.begin.upper[axis], bounds.end.upper[axis]) + 1e-4f) << time;
+        }
+      }
+    }
+  }
+}
+
+// A geometry that is not there for all of the time from 0 to 1 has bounds that hold at any.
+TEST(ShapesTest, LinearBoundsOfAnotherTimeRangeHoldAtAllTimes) {
+  Model model;
+  model.steps = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {10, 0, 0, 11, 0, 0, 10, 1, 0}};
+  model.indices = {0, 1, 2};
+  Geometry geometry = TriangleView(model, 0);
+  for (const TimeRange& range : {TimeRange{0, 0.5f}, TimeRange{0.5f, 1}, TimeRange{0, 2}}) {
+    geometry.time_range = range;
+    const LinearBounds bounds = MakeScene({geometry}, kDefaultBudget)->linear_bounds();
+    for (const Bounds& end : {bounds.begin, bounds.end}) {
+      EXPECT_LE(end.lower[0], 0) << range.begin << " to " << range.end;
+      EXPECT_GE(end.upper[0], 11) << range.begin << " to " << range.end;
+    }
+  }
+}
+
 TEST(ShapesTest, MovingTrianglesStandWhereTheirTimeSays) {
   Random random(7);
   Model model = MakeTriangles(random, 600);
@@ -474,6 +570,40 @@ TEST(ShapesTest, FilterFunctionsAreOfferedEachPairOnce) {
     for (const auto& [pair, times] : recorder.offered) ASSERT_EQ(times, 1);
     if (expected.empty()) expected = recorder.offered;
     EXPECT_EQ(recorder.offered, expected);
+  }
+}
+
+/// Counts how often it is asked, and accepts.
+void CountAsked(void* data, const CallbackArguments& arguments) {
+  auto& asked = *static_cast<std::size_t*>(data);
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) asked += arguments.valid[lane] == -1;
+}
+
+// What a ray meets behind, or beside, what blocks it is no question any more.
+TEST(ShapesTest, AFilterFunctionIsNotAskedAboutRaysThatAreBlocked) {
+  Random random(81);
+  Model model = MakeTriangles(random, 200);
+  // Each triangle several times, so that they stand in one leaf.
+  const std::vector<uint32_t> once = model.indices;
+  for (int times = 1; times < 6; ++times) {
+    model.indices.insert(model.indices.end(), once.begin(), once.end());
+  }
+  Model points = MakePoints(random, 300);
+  const auto rays = MakeRays(random, 3000);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    for (const bool robust : {false, true}) {
+      for (const bool is_triangles : {false, true}) {
+        Geometry geometry =
+            is_triangles ? TriangleView(model, 0) : PointView(points, Shape::kSpheres, 0);
+        std::size_t asked = 0;
+        geometry.any_filter = {CountAsked, &asked};
+        const auto traced = Trace(*MakeScene({geometry}, budget, robust), rays, Query::kAny);
+        const auto blocked = std::count_if(traced.begin(), traced.end(),
+                                           [](const Ray& ray) { return ray.tfar < 0; });
+        EXPECT_GT(blocked, 300);
+        EXPECT_EQ(asked, static_cast<std::size_t>(blocked));
+      }
+    }
   }
 }
 

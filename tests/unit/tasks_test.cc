@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cfenv>
 #include <chrono>
 #include <new>
 #include <stdexcept>
@@ -97,6 +98,45 @@ TEST(TasksOfTheMachineTest, SeveralThreadsWork) {
     --running;
   });
   EXPECT_TRUE(met);
+}
+
+// Threads had the environment that they were started with, so that a hit could depend on the thread
+// that found it.
+TEST(TasksOfTheMachineTest, BodiesHaveTheCallersFloatingPointEnvironment) {
+  TaskPool pool(0);
+  for (const int rounding : {FE_UPWARD, FE_TOWARDZERO, FE_TONEAREST}) {
+    std::fesetround(rounding);
+    std::vector<int> of_bodies(64, -1);
+    pool.ForEach(of_bodies.size(), [&](std::size_t i) {
+      of_bodies[i] = std::fegetround();
+      std::this_thread::sleep_for(std::chrono::microseconds(200));  // so that others come, too
+      std::fesetround(FE_DOWNWARD);                                 // nobody else's business
+    });
+    EXPECT_EQ(of_bodies, std::vector<int>(64, rounding));
+    int entered = -1;
+    pool.Enter([&] { entered = std::fegetround(); });
+    EXPECT_EQ(entered, rounding);
+    std::fesetround(FE_TONEAREST);
+  }
+}
+
+// Where all threads are busy and wait for what another call does, that call must not wait for them.
+TEST(TasksOfTheMachineTest, WhoHasEnteredDoesNotWaitForAFreeThread) {
+  TaskPool pool(0);
+  std::atomic<bool> is_inside{false}, is_done{false};
+  std::thread inside([&] {
+    pool.Enter([&] {
+      is_inside = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      pool.ForEach(8, [](std::size_t) {});
+      is_done = true;
+    });
+  });
+  while (!is_inside) std::this_thread::yield();
+  pool.ForEach(2 * pool.threads(), [&](std::size_t) {
+    while (!is_done) std::this_thread::yield();
+  });
+  inside.join();
 }
 
 TEST(TasksOfTheMachineTest, NoneMeansAsManyAsThereAre) {

@@ -228,7 +228,11 @@ TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
 
 TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   const Settings settings;
-  const MemoryAccount memory(nullptr);
+  std::ptrdiff_t told = 0;
+  const MemoryAccount memory([&](std::ptrdiff_t bytes) {
+    told += bytes;
+    return true;
+  });
   WorkspacePool pool(memory);
   {
     WorkspacePool::Loan loan(pool);
@@ -237,9 +241,11 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
     EXPECT_THROW(loan.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)), std::bad_alloc);
     EXPECT_EQ(pool.BytesHeld(), 0u);
+    EXPECT_EQ(told, 0) << "what it had had and what it did not get";
   }
   pool.ReleaseIdle();
   EXPECT_EQ(pool.BytesHeld(), 0u);
+  EXPECT_EQ(told, 0);
 }
 
 TEST(WorkspacePoolTest, ManyThreadsShareIt) {
