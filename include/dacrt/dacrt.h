@@ -21,8 +21,8 @@ namespace dacrt {
 
 /// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
 /// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
-/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any thread
-/// may call it.
+/// returns has no meaning. That is workspaces; what a scene keeps, Scene::KeptBytes tells. Any
+/// thread may call it.
 using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 
 /// Owns what calls share: the settings, the choice of instruction set, and the workspaces, which
@@ -78,6 +78,10 @@ struct SceneOptions {
   /// No ray passes between two triangles that share an edge, by the test of edges in Woop, Benthin,
   /// Wald, "Watertight ray/triangle intersection", JCGT 2013, section 2. Costs time.
   bool robust = false;
+
+  /// Whether a partition is taken over whenever it can be (see Scene::TakeOver), however badly it
+  /// fits by now.
+  bool always_refit = false;
 };
 
 /// A committed, immutable set of geometries.
@@ -104,6 +108,24 @@ class Scene {
   /// scene or one of another device, or if counts of time steps are out of range or differ.
   Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
         const SceneOptions& options);
+
+  /// The same for a scene that comes in the place of `previous`, for the next frame of an
+  /// animation: where both have the same geometries but for vertices, transforms and bounds, with
+  /// as many primitives and the same indices, what `previous` keeps can be taken over, and only
+  /// what rays come to is renewed. If so, takes_over() is true, and before anything else is done
+  /// with the new scene TakeOver must be called. Where coordinates have changed so much that the
+  /// old partition would be slow, or other primitives can be hit than before, takes_over() is
+  /// false.
+  ///
+  /// The caller's duty: indices and the arrays of `previous` need not be in place any more, but
+  /// nobody may trace `previous` meanwhile.
+  Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+        const SceneOptions& options, const Scene& previous);
+  bool takes_over() const;
+
+  /// Takes over what `previous` keeps, the scene that was given to the constructor. From then on
+  /// nothing must be done with that but to destroy it. Does nothing if takes_over() is false.
+  void TakeOver(Scene& previous) noexcept;
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
@@ -140,8 +162,8 @@ class Scene {
   /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory
   /// only if other calls have all that there is.
   ///
-  /// Returns what was counted; nothing for calls of up to 256 rays over a kept partition, which take
-  /// a shorter way.
+  /// Returns what was counted; nothing for calls of up to 256 rays over a kept partition, which
+  /// take a shorter way.
   ///
   /// Throws std::invalid_argument if a component that must be present is absent or lanes is 0, and
   /// std::bad_alloc if not even the least workspace can be had; no ray has changed then.

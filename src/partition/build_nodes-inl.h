@@ -118,7 +118,10 @@ class NodeBuilder {
     }
     WideNode& node = nodes_[number];
     children.Encode(node);
-    node.visits = 0;
+    node.unused = 0;
+    node.lock = 0;
+    node.bare = 0;
+    node.stale = 0;
     size_t inner = 0;
     for (size_t i = 0; i < WideNode::kWidth; ++i) {
       ChildWord word;
@@ -128,6 +131,7 @@ class NodeBuilder {
                    : ChildWord::Inner(static_cast<uint32_t>(count_ + inner++));
       }
       node.child[i] = word.bits();
+      node.bare |= static_cast<uint8_t>(word.IsLeaf() << i);
     }
     if (count_ + inner > nodes_.size()) return false;
     size_t next = count_;

@@ -33,7 +33,7 @@ struct SubsetLeaves {
   }
   ChildWord Child(const WeighedRange& child) {
     grid.subsets[count] = {static_cast<uint32_t>(child.range.begin),
-                           static_cast<uint32_t>(child.range.end)};
+                           static_cast<uint32_t>(child.range.end), child.range.bounds.HalfArea()};
     return ChildWord::Subset(static_cast<uint32_t>(count++));
   }
 
@@ -138,7 +138,7 @@ inline Box CentersOf(KeptPartition& kept, std::span<const uint32_t> triangles) {
 
 /// Returns the number of the root, or Subset::kNoRoom. Where `tasks` is not null its threads work
 /// together.
-inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch,
+inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& scratch,
                             TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
@@ -167,6 +167,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
   uint32_t first_subset;
   const uint32_t root = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);
   if (root == Subset::kNoRoom) return root;
+  subset.node_count = static_cast<uint32_t>(count);
 
   uint32_t next = 0;
   for (size_t i = 0; i < leaves.count; ++i) {
@@ -178,13 +179,16 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
       PlaceCell(grid, parts, grid.cells[cell].primitive, next);
     }
     child.count = subset.begin + next - child.begin;
+    child.made_surface = grid.subsets[i].surface;
+    child.mesh_bits = 0;
     child.root = Subset::kUnsplit;
   }
   for_each_part([&](const GridPart& part) { MoveToPlaces(triangles, part, grid); });
   return root;
 }
 
-/// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if the budget does
+/// The root of a subset, which is split now if it is not yet, or if its triangles have moved too
+/// far; Subset::kNoRoom if the budget does
 /// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
 ///
 /// Where there is no scratch, or no memory, `otherwise()` is called while nobody else can split the
@@ -193,11 +197,15 @@ template <class Otherwise>
 inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, SubsetScratch* scratch,
                                       TaskPool* tasks, const Otherwise& otherwise) {
   Subset& subset = kept.subset(number);
+  uint32_t before;
   for (;;) {
     const uint32_t root = subset.root.load(std::memory_order_acquire);
-    if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
-    uint32_t expected = Subset::kUnsplit;
-    if (subset.root.compare_exchange_strong(expected, Subset::kBeingSplit)) break;
+    if (HWY_LIKELY(Subset::IsNode(root) || root == Subset::kNoRoom)) return root;
+    before = root;
+    if (root != Subset::kBeingSplit &&
+        subset.root.compare_exchange_strong(before, Subset::kBeingSplit)) {
+      break;
+    }
     subset.root.wait(Subset::kBeingSplit);
   }
   const auto publish = [&](uint32_t root) {
@@ -206,11 +214,12 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
   };
   try {
     if (!scratch) throw std::bad_alloc();
-    const uint32_t root = subset.count > SubsetScratch::kTriangles
-                              ? SplitByGrid(kept, subset, *scratch, tasks)
-                              : SplitSmallSubset(kept, subset, *scratch);
+    const uint32_t root =
+        Subset::IsStale(before) ? SplitAnew(kept, subset, before & ~Subset::kStale, *scratch)
+        : subset.count > SubsetScratch::kTriangles ? SplitByGrid(kept, subset, *scratch, tasks)
+                                                   : SplitSmallSubset(kept, subset, *scratch);
     publish(root);
-    if (root < Subset::kNoRoom && subset.parent != Subset::kNowhere) {
+    if (Subset::IsNode(root) && subset.parent != Subset::kNowhere) {
       kept.node(subset.parent / WideNode::kWidth)
           .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
     }
@@ -220,10 +229,10 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
   try {
     otherwise();
   } catch (...) {
-    publish(Subset::kUnsplit);
+    publish(before);
     throw;
   }
-  publish(Subset::kUnsplit);  // there may be memory the next time
+  publish(before);  // there may be memory the next time
   return std::nullopt;
 }
 

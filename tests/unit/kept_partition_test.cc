@@ -161,8 +161,8 @@ class Walker : public Counts {
         WalkSubset(child.number(), volumes, depth + 1);
         // Once split, the way to it is the shorter one.
         const uint32_t root = subset.root;
-        ASSERT_EQ(node.Child(i).bits(), root < Subset::kNoRoom ? ChildWord::Inner(root).bits()
-                                                               : child.bits());
+        ASSERT_EQ(node.Child(i).bits(),
+                  root < Subset::kNoRoom ? ChildWord::Inner(root).bits() : child.bits());
       } else {
         const Subset* const subset = SubsetWithRoot(child.number());
         WalkNode(child.number(), volumes, depth + 1, subset ? subset->begin : begin,
@@ -240,9 +240,16 @@ class Walker : public Counts {
 /// With all the room that a partition can want.
 Counts ExpectWholePartition(std::vector<Mesh> meshes, const std::string& what) {
   SCOPED_TRACE(what);
+  // Split fast, then split well.
+  Kept fast(meshes, kPlenty);
+  fast.partition.SetShortLived();
+  Walker fast_walker(fast);
+  fast_walker.Walk(true);
   Kept kept(std::move(meshes), kPlenty);
   Walker walker(kept);
   walker.Walk(true);
+  EXPECT_LE(fast_walker.nodes, 2 * walker.nodes + 2);
+  EXPECT_LE(fast_walker.leaves, 2 * walker.leaves + 2);
   return walker;
 }
 
@@ -403,7 +410,8 @@ void TheBudgetIsNeverExceeded() {
   EXPECT_GE(some, 3u);
 }
 
-// --- Room ------------------------------------------------------------------------------------------
+// --- Room
+// ------------------------------------------------------------------------------------------
 
 /// Bytes that have an owner, by their addresses.
 class Owned {
@@ -600,7 +608,8 @@ void ThreadsAgree() {
           // Breadth first: subsets as they are found.
           std::vector<uint32_t> subsets = {0};
           for (size_t i = 0; i < subsets.size(); ++i) {
-            const uint32_t root = *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
+            const uint32_t root =
+                *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
             roots[t].push_back(root);
             if (root == Subset::kNoRoom) continue;
             std::vector<uint32_t> open = {root};
