@@ -1,6 +1,7 @@
 #include "geometry.h"
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 #include "boundary.h"
@@ -75,6 +76,8 @@ void Geometry::Commit() {
   buffers_.CheckForCommit();
   is_modified_ = false;
   ++version_;
+  static std::atomic<uint64_t> last_revision{0};
+  revision_ = ++last_revision;
 }
 
 uint64_t Geometry::version() const {
@@ -94,11 +97,12 @@ void Geometry::SetMask(uint32_t mask) {
 }
 
 void Geometry::SetBuildQuality(RTCBuildQuality quality) {
-  // There is nothing to build, so every quality is the same.
+  // There is nothing to build, but REFIT says how scenes are to take changes.
   if (quality < RTC_BUILD_QUALITY_LOW || quality > RTC_BUILD_QUALITY_REFIT) {
     throw ApiError(RTC_ERROR_UNKNOWN, "quality = ", static_cast<int>(quality),
                    " is no build quality");
   }
+  build_quality_ = quality;
   is_modified_ = true;
 }
 
@@ -241,6 +245,7 @@ dacrt::Geometry Geometry::Describe(uint32_t geometry_id, bool context_filter) {
     description.primitive_count = user_primitives_;
   } else {
     buffers_.Describe(description);
+    description.revision = revision_;
   }
   return description;
 }

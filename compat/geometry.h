@@ -42,6 +42,7 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
 
   void SetMask(uint32_t mask);
   void SetBuildQuality(RTCBuildQuality quality);
+  RTCBuildQuality build_quality() const { return build_quality_; }
   void SetTimeStepCount(unsigned int count);
   void SetTimeRange(float start, float end);
   void SetVertexAttributeCount(unsigned int count);
@@ -109,6 +110,8 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   std::vector<TransformStep> transforms_ = std::vector<TransformStep>(1);
   void* user_data_ = nullptr;
   uint64_t version_ = 0;
+  uint64_t revision_ = 0;  ///< of what was committed: no two are the same, whatever geometry's
+  RTCBuildQuality build_quality_ = RTC_BUILD_QUALITY_MEDIUM;
   uint32_t mask_ = UINT32_MAX;
   bool is_enabled_ = true;
   bool is_modified_ = true;

@@ -15,11 +15,6 @@ RTCBounds ToEmbree(const dacrt::Bounds& bounds) {
           bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
 }
 
-SceneOptions OptionsFor(RTCSceneFlags flags) {
-  return {flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
-          (flags & RTC_SCENE_FLAG_ROBUST) != 0};
-}
-
 bool IsInstance(const Geometry& geometry) { return geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE; }
 
 }  // namespace
@@ -112,33 +107,47 @@ Geometry* Scene::FindThreadSafe(unsigned int id) const {
 void Scene::Commit() {
   const std::lock_guard commit_lock(commit_mutex_);
   Selection selection;
+  bool is_shown_elsewhere;
   {
     const std::lock_guard lock(geometries_mutex_);
     CheckGeometriesCommitted();
     if (!NeedsCommit()) return;
     CheckGeometriesComplete();
     selection = Select();
+    is_shown_elsewhere = snapshot_.use_count() > 1;
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
   // scene either.
   const bool is_empty = selection.geometries.empty();
   if (!is_empty) ReportProgress(0);
-  auto snapshot = std::make_shared<const Snapshot>(*device_, selection);
+  // Only commits, of which there is one at a time, exchange the snapshot. One that instances show
+  // stays as it is.
+  const Snapshot* const previous = is_shown_elsewhere ? nullptr : snapshot_.get();
+  auto snapshot = std::make_shared<Snapshot>(*device_, selection, previous);
   if (!is_empty) ReportProgress(1);
-  Install(selection, std::move(snapshot));
+  if (Install(selection, std::move(snapshot))) return;
+  Install(selection, std::make_shared<Snapshot>(*device_, selection, nullptr));
 }
 
-Scene::Snapshot::Snapshot(Device& device, Selection selection)
+Scene::Snapshot::Snapshot(Device& device, Selection selection, const Snapshot* previous)
     : has_instances_(std::any_of(
           selection.geometries.begin(), selection.geometries.end(),
           [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
       used_(std::move(selection.used)),
-      scene_(device.engine(), selection.geometries, OptionsFor(selection.flags)) {
+      scene_(previous && !device.ranks()
+                 ? dacrt::Scene(device.engine(), selection.geometries, OptionsFor(selection),
+                                previous->scene_)
+                 : dacrt::Scene(device.engine(), selection.geometries, OptionsFor(selection))) {
   if (const auto& ranks = device.ranks()) {
     shared_ = ranks->Commit(mpi::Local(*device.engine(), scene_), selection.geometries,
-                            OptionsFor(selection.flags));
+                            OptionsFor(selection));
     if (!shared_->is_shared()) device.NoteSceneStays();
   }
+}
+
+SceneOptions Scene::Snapshot::OptionsFor(const Selection& selection) {
+  return {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
+          (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0, selection.always_refit};
 }
 
 void Scene::CheckGeometriesCommitted() const {
@@ -179,6 +188,7 @@ Scene::Selection Scene::Select() const {
   Selection selection;
   selection.revision = revision_;
   selection.flags = flags_;
+  selection.always_refit = true;
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
   for (const auto& [id, attached] : geometries_) {
     Geometry& geometry = *attached.geometry;
@@ -192,13 +202,18 @@ Scene::Selection Scene::Select() const {
       selection.used.push_back(attached.geometry);  // Callbacks refer to it.
       for (auto& buffer : geometry.UsedBuffers()) selection.used.push_back(std::move(buffer));
     }
+    selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
   }
   return selection;
 }
 
-void Scene::Install(const Selection& selection, std::shared_ptr<const Snapshot> snapshot) {
+bool Scene::Install(const Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
+  if (snapshot->takes_over()) {
+    if (snapshot_.use_count() > 1) return false;
+    snapshot->TakeOver(*snapshot_);
+  }
   for (const auto& [id, version] : selection.versions) {
     const auto place = geometries_.find(id);
     if (place != geometries_.end()) place->second.committed_version = version;
@@ -207,6 +222,7 @@ void Scene::Install(const Selection& selection, std::shared_ptr<const Snapshot> 
   committed_flags_ = selection.flags;
   ++commit_count_;
   snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
+  return true;
 }
 
 void Scene::ReportProgress(double done) const {

@@ -88,23 +88,31 @@ class Scene : public std::enable_shared_from_this<Scene> {
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
     std::vector<std::pair<unsigned int, uint64_t>> versions;  ///< of all geometries, by ID
     std::vector<dacrt::Geometry> geometries;                  ///< the enabled ones
+    bool always_refit = false;                                ///< all are of REFIT quality
     std::vector<std::shared_ptr<const void>> used;            ///< what these refer to
   };
 
   /// The engine's scene with the memory that it reads, which goes after it.
   class Snapshot {
    public:
-    Snapshot(Device& device, Selection selection);
+    /// In the place of `previous`, unless that is null.
+    Snapshot(Device& device, Selection selection, const Snapshot* previous);
     Snapshot(const Snapshot&) = delete;
     Snapshot& operator=(const Snapshot&) = delete;
 
     const dacrt::Scene& scene() const { return scene_; }
+
+    /// Whether the scene will take over what the previous one keeps, which is then done for.
+    bool takes_over() const { return scene_.takes_over(); }
+    void TakeOver(Snapshot& previous) noexcept { scene_.TakeOver(previous.scene_); }
 
     /// The same scene, as several ranks have it; null without.
     mpi::GroupScene* shared() const { return shared_.get(); }
     bool has_instances() const { return has_instances_; }
 
    private:
+    static SceneOptions OptionsFor(const Selection& selection);
+
     const bool has_instances_;
     std::vector<std::shared_ptr<const void>> used_;
     dacrt::Scene scene_;
@@ -119,7 +127,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   const dacrt::Scene& CommittedAsItStands() const;
   bool NeedsCommit() const;
   Selection Select() const;
-  void Install(const Selection& selection, std::shared_ptr<const Snapshot> snapshot);
+  /// False, and nothing is done, if the snapshot takes over another one that others use by now.
+  bool Install(const Selection& selection, std::shared_ptr<Snapshot> snapshot);
   void ReportProgress(double done) const;
 
   const std::shared_ptr<Device> device_;
@@ -132,7 +141,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   uint64_t visible_revision_ = 1;    ///< the last one but for attaching what is disabled
   uint64_t committed_revision_ = 0;  ///< the one that was committed last
   RTCSceneFlags committed_flags_ = RTC_SCENE_FLAG_NONE;
-  std::shared_ptr<const Snapshot> snapshot_;
+  std::shared_ptr<Snapshot> snapshot_;
 
   std::atomic<uint64_t> commit_count_{0};
 

@@ -105,6 +105,10 @@ struct SceneOptions {
   /// No ray passes between two triangles that share an edge, by the test of edges in Woop, Benthin,
   /// Wald, "Watertight ray/triangle intersection", JCGT 2013, section 2. Costs time.
   bool robust = false;
+
+  /// Whether a partition is taken over whenever it can be (see Scene::TakeOver), however badly it
+  /// fits by now.
+  bool always_refit = false;
 };
 
 /// A Geometry, or what holds several of them one behind the other.
@@ -115,11 +119,11 @@ concept OneOrMoreGeometries =
 /// A committed, immutable set of geometries.
 ///
 /// Change: what has moved, come or gone is said by making another scene, of the same device, over
-/// the same arrays; the old one may go before or after. Making one reads every mesh once, some
-/// nanoseconds a triangle, and what the old one had found out of these triangles is found out anew
-/// where rays come. So what stays still while other things move belongs in a scene of its own, of
-/// which the one that is made anew has an instance (InstanceOf): it keeps what it has, and what
-/// moves without changing its shape is an instance with another transform.
+/// the same arrays; the old one may go before or after. Where nothing but vertices, transforms and
+/// bounds have changed, the new scene can take over what the old one has found out (see TakeOver);
+/// else that is found out anew where rays come. What stays still while other things move belongs
+/// in a scene of its own, of which the one that is made anew has an instance (InstanceOf): it keeps
+/// what it has, and what moves without changing its shape is an instance with another transform.
 ///
 /// Primitives with an index outside the vertices, or with a coordinate that is not finite or beyond
 /// 1.8e18 in magnitude at any time step, are left out: no ray hits them, and they do not enter the
@@ -150,6 +154,23 @@ class DACRT_API Scene {
         const SceneOptions& options = {})
       : Scene(std::move(device), AsSpan(geometries), options) {}
 
+  /// The same for a scene that comes in the place of `previous`, for the next frame of an
+  /// animation: where both have the same geometries but for vertices, transforms and bounds, with
+  /// as many primitives and the same indices, what `previous` keeps can be taken over, and only
+  /// what rays come to is renewed. If so, takes_over() is true, and before anything else is done
+  /// with the new scene TakeOver must be called. Where coordinates have changed so much that the
+  /// old partition would be slow, or other primitives can be hit than before, takes_over() is
+  /// false.
+  ///
+  /// The caller's duty: indices and the arrays of `previous` need not be in place any more, but
+  /// nobody may trace `previous` meanwhile.
+  Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+        const SceneOptions& options, const Scene& previous);
+  bool takes_over() const;
+
+  /// Takes over what `previous` keeps, the scene that was given to the constructor. From then on
+  /// nothing must be done with that but to destroy it. Does nothing if takes_over() is false.
+  void TakeOver(Scene& previous) noexcept;
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

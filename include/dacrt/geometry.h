@@ -27,9 +27,9 @@ struct LinearBounds {
 };
 
 /// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
-/// during each Trace: it must stay in place and unchanged while a scene that was made from it exists.
-/// (The partition that a scene keeps holds copies of triangles, made when rays come to them; when
-/// that is, is not promised.)
+/// during each Trace: it must stay in place and unchanged while a scene that was made from it
+/// exists. (The partition that a scene keeps holds copies of triangles, made when rays come to
+/// them; when that is, is not promised.)
 struct TriangleMesh {
   /// Three floats a vertex, `vertex_stride` bytes apart. Four-byte aligned.
   const void* vertices = nullptr;
@@ -90,6 +90,11 @@ struct Geometry {
   uint32_t mask = UINT32_MAX;       ///< as in TriangleMesh
   TimeRange time_range;             ///< counts where there are several time steps
   std::size_t primitive_count = 0;  ///< 1 for an instance
+
+  /// A number that says what the geometry is now: where a scene follows another one (see
+  /// Scene::TakeOver), geometries of the same number, places and counts have the same contents.
+  /// 0 says nothing.
+  uint64_t revision = 0;
 
   /// All but user geometries and instances: one array for each of 1 to 129 time steps. Three floats
   /// a vertex; centre and radius, four floats, for spheres and discs.

@@ -92,6 +92,15 @@ struct Extent {
     for (size_t i = 0; i < kExtentParts; ++i) part[i] = hn::Min(part[i], other.part[i]);
   }
 
+  /// With all that is below `least` raised to it.
+  HWY_INLINE Extent NotBelow(float least) const {
+    Extent extent;
+    for (size_t i = 0; i < kExtentParts; ++i) {
+      extent.part[i] = hn::Max(part[i], hn::Set(kExtentTag, least));
+    }
+    return extent;
+  }
+
   HWY_INLINE Box Get() const {
     Floats floats;
     Store(floats);

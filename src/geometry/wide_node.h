@@ -71,10 +71,13 @@ struct alignas(64) WideNode {
   float origin[3];
   uint16_t scale[3];  ///< upper half of a float: the size of a step
   uint8_t count;      ///< children
-  uint8_t visits;     ///< while leaves do not carry their geometry; see CountVisit
+  uint8_t unused;
   uint8_t lower[3][kWidth];
   uint8_t upper[3][kWidth];
   uint32_t child[kWidth];  ///< bits of a ChildWord each
+  uint32_t lock;           ///< of the leaves; see TryLockLeaves
+  uint8_t bare;            ///< a bit a child; see BareLeaves
+  uint8_t stale;           ///< the same; see StaleLeaves
 
   /// What other threads may change meanwhile: a child from a subset to its node, or from a range to
   /// a block. Old and new say the same.
@@ -87,37 +90,43 @@ struct alignas(64) WideNode {
     std::atomic_ref(child[i]).store(word.bits(), kRelease);
   }
 
-  /// Whether leaves have yet to be given their geometry.
-  bool HasBareLeaves() const {
-    return std::atomic_ref(const_cast<uint8_t&>(visits)).load(std::memory_order_relaxed) != kDone;
+  /// Those of some children that are leaves without a copy of their geometry, or with one that the
+  /// triangles have moved away from.
+  uint32_t BareLeaves(uint32_t children) const {
+    return children & std::atomic_ref(const_cast<uint8_t&>(bare)).load(kAcquire);
   }
-  /// Returns the visits so far. Threads may lose each other's visits, but never a claim: a plain
-  /// store here could undo one.
-  uint8_t CountVisit() {
-    const std::atomic_ref counter(visits);
-    const uint8_t before = counter.load(std::memory_order_relaxed);
-    if (before < kBusy - 1) {
-      uint8_t expected = before;
-      counter.compare_exchange_strong(expected, before + 1, std::memory_order_relaxed);
+  /// Of these, those whose copy is wrong: it must not be read before it is renewed.
+  uint32_t StaleLeaves(uint32_t children) const {
+    return children & std::atomic_ref(const_cast<uint8_t&>(stale)).load(kAcquire);
+  }
+  /// True for the one thread that may give leaves their geometry, until it calls UnlockLeaves.
+  bool TryLockLeaves() { return std::atomic_ref(lock).exchange(1, std::memory_order_acquire) == 0; }
+  void UnlockLeaves() {
+    const std::atomic_ref word(lock);
+    word.store(0, kRelease);
+    word.notify_all();
+  }
+  /// Returns when another thread is done with the leaves.
+  void WaitForLeaves() { std::atomic_ref(lock).wait(1, kAcquire); }
+  /// Says that children have their geometry, or will never have it.
+  void SetLeavesDone(uint32_t children = UINT8_MAX) {
+    const auto others = static_cast<uint8_t>(~children);
+    std::atomic_ref(stale).fetch_and(others, kRelease);
+    std::atomic_ref(bare).fetch_and(others, kRelease);
+  }
+  /// The triangles have moved: copies are wrong. Nobody may trace meanwhile.
+  void SetLeavesStale() {
+    bare = stale = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const ChildWord word(child[i]);
+      bare |= static_cast<uint8_t>(word.IsLeaf() << i);
+      stale |= static_cast<uint8_t>(word.IsBlock() << i);
     }
-    return before;
   }
-  /// True for the one thread that is to give the leaves their geometry.
-  bool ClaimLeaves() {
-    const std::atomic_ref counter(visits);
-    uint8_t before = counter.load(std::memory_order_relaxed);
-    while (before < kBusy) {
-      if (counter.compare_exchange_weak(before, kBusy)) return true;
-    }
-    return false;
-  }
-  void SetLeavesDone() { std::atomic_ref(visits).store(kDone, std::memory_order_relaxed); }
 
   uint32_t UsedChildren() const { return (1u << count) - 1; }
 
  private:
-  static constexpr uint8_t kBusy = 254;
-  static constexpr uint8_t kDone = 255;
   static constexpr auto kAcquire = std::memory_order_acquire;
   static constexpr auto kRelease = std::memory_order_release;
 };

@@ -153,20 +153,117 @@ void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems
   if (!kind.is_timed) WritePoints(meshes, items, block);
 }
 
+/// Writes the block of a leaf that holds nothing but still triangles, as nearly all do: WriteBlock
+/// for them.
+void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::size_t count,
+                    uint32_t first, SharedVertices shared, LeafBlock& block) {
+  block = {};
+  block.kind = LeafKind::kFacets;
+  block.is_last = true;
+  block.first = first;
+  block.geometry = names[0].mesh;
+  block.lanes = static_cast<uint8_t>(count);
+  uint8_t indices[3][kLeafLanes] = {};
+  float vertices[3 * kLeafLanes][3];
+  uint32_t keys[3 * kLeafLanes];
+  uint32_t distinct = 0;
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    if (names[lane].mesh != block.geometry) block.geometry = LeafBlock::kSeveral;
+    block.items |= static_cast<uint32_t>(lane) << (4 * lane);
+    Corners corners;
+    // One whose indices are no longer legal has no area, and nothing hits it.
+    if (!meshes.ReadCorners(names[lane].mesh, names[lane].primitive, corners)) corners = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* const corner = corners.v[k];
+      uint32_t bits[3];
+      std::memcpy(bits, corner, sizeof(bits));
+      const uint32_t key = bits[0] ^ std::rotl(bits[1], 11) ^ std::rotl(bits[2], 22);
+      // Triangles share corners with those right before them.
+      uint32_t place = shared == SharedVertices::kFind ? distinct : 0;
+      while (place > 0 && (keys[place - 1] != key ||
+                           std::memcmp(vertices[place - 1], corner, sizeof(bits)) != 0)) {
+        --place;
+      }
+      if (place == 0) {
+        keys[distinct] = key;
+        std::memcpy(vertices[distinct], corner, sizeof(bits));
+        place = ++distinct;
+      }
+      indices[k][lane] = static_cast<uint8_t>(place - 1);
+    }
+  }
+  block.vertices = static_cast<uint8_t>(distinct);
+  std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
+  float* out = const_cast<float*>(block.vertex_data());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (uint32_t i = 0; i < distinct; ++i) *out++ = vertices[i][axis];
+  }
+}
+
+/// Renews the vertices of still triangles. False if that is not all that a leaf holds, or corners
+/// have come apart.
+bool RenewTriangles(const MeshTable& meshes, const uint32_t* order, LeafBlock& block) {
+  if (block.kind != LeafKind::kFacets || block.is_timed || block.second != 0 || !block.is_last) {
+    return false;
+  }
+  const std::size_t vertices = block.vertices;
+  float* const data = const_cast<float*>(block.vertex_data());
+  uint32_t written = 0;
+  for (std::size_t lane = 0; lane < block.lanes; ++lane) {
+    const uint32_t number = KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
+    const MeshTable::Name name =
+        block.geometry == LeafBlock::kSeveral
+            ? meshes.Locate(number)
+            : MeshTable::Name{block.geometry, number - meshes.Number(block.geometry, 0)};
+    Corners corners;
+    if (!meshes.ReadCorners(name.mesh, name.primitive, corners)) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t vertex = block.indices()[k * kLeafLanes + lane];
+      float* const place = data + vertex;
+      const float* const from = corners.v[k];
+      if (written >> vertex & 1) {
+        const float before[3] = {place[0], place[vertices], place[2 * vertices]};
+        if (std::memcmp(before, from, sizeof(before)) != 0) return false;
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) place[axis * vertices] = from[axis];
+      written |= 1u << vertex;
+    }
+  }
+  return true;
+}
+
 }  // namespace
+
+bool RenewLeaf(const MeshTable& meshes, const uint32_t* order, std::size_t room,
+               std::byte* blocks) {
+  auto& block = *reinterpret_cast<LeafBlock*>(blocks);
+  if (RenewTriangles(meshes, order, block)) return true;
+  alignas(LeafBlock) std::byte made[kMostLeafBytes];
+  const MadeLeaf leaf =
+      MakeLeaf(meshes, order, block.first, kLeafLanes, SharedVertices::kFind, made);
+  if (!leaf.is_whole || leaf.bytes > room) return false;
+  std::memcpy(blocks, made, leaf.bytes);
+  return true;
+}
 
 MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
                   SharedVertices shared, std::byte* blocks) {
   MeshTable::Name names[kLeafLanes];
   std::size_t count = 0, lanes = 0;
-  bool is_last = false;
+  bool is_last = false, is_plain = true;
   while (!is_last && count < most) {
     const uint32_t entry = order[first + count];
     const MeshTable::Name name = meshes.Locate(KeptOrder::NumberOf(entry));
     lanes += meshes.LanesOf(name.mesh);
     if (count > 0 && lanes > kLeafLanes) break;
     names[count++] = name;
+    is_plain &= meshes.HasTriangles(name.mesh);
     is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
+  }
+  if (is_plain) {
+    auto& block = *reinterpret_cast<LeafBlock*>(blocks);
+    WriteTriangles(meshes, names, count, first, shared, block);
+    return {block.Bytes(), count, is_last};
   }
   std::size_t bytes = 0;
   for (uint32_t left = (1u << count) - 1; left != 0;) {

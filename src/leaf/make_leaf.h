@@ -23,4 +23,9 @@ enum class SharedVertices { kFind, kRepeat };
 MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
                   SharedVertices shared, std::byte* blocks);
 
+/// Puts the geometry of a leaf as it is now into the blocks that MakeLeaf wrote for it, if it fits
+/// them. False if it does not, for example because corners that were one have come apart; the
+/// blocks are scrap then.
+bool RenewLeaf(const MeshTable& meshes, const uint32_t* order, std::size_t room, std::byte* blocks);
+
 }  // namespace dacrt

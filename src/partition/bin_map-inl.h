@@ -48,6 +48,12 @@ class BinMap {
     }
   }
 
+  /// The same on one axis.
+  HWY_INLINE int32_t MapOnAxis(int axis, float center) const {
+    const auto number = static_cast<int32_t>((center - lower_[axis]) * scale_[axis]);
+    return HWY_MIN(HWY_MAX(number, 0), static_cast<int32_t>(bins_) - 1);
+  }
+
  private:
   alignas(16) float lower_[4] = {};
   alignas(16) float scale_[4] = {};

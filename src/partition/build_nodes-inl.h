@@ -120,7 +120,10 @@ class NodeBuilder {
     DACRT_ASSERT(number < nodes_.size());
     WideNode& node = nodes_[number];
     children.Encode(node);
-    node.visits = 0;
+    node.unused = 0;
+    node.lock = 0;
+    node.bare = 0;
+    node.stale = 0;
     size_t inner = 0;
     for (size_t i = 0; i < WideNode::kWidth; ++i) {
       ChildWord word;
@@ -130,6 +133,7 @@ class NodeBuilder {
                    : ChildWord::Inner(static_cast<uint32_t>(count_ + inner++));
       }
       node.child[i] = word.bits();
+      node.bare |= static_cast<uint8_t>(word.IsLeaf() << i);
     }
     if (count_ + inner > nodes_.size()) return false;
     size_t next = count_;

@@ -35,6 +35,7 @@ class Grid {
   struct CellRange {
     uint32_t begin;
     uint32_t end;
+    float surface;  ///< half of their bounds'
   };
 
   /// The cells as one part sees them. In the end the first part's are those of all that are not

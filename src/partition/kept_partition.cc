@@ -8,7 +8,7 @@ namespace {
 
 /// Subsets of a scene. A subset that is split by a grid becomes ones of several hundred triangles;
 /// where they should not suffice, subsets stay larger.
-std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 128; }
+std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
 /// to take.
@@ -35,11 +35,15 @@ std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
   return HeadBytes(triangles) + sizeof(WideNode) * (16 + triangles / 1024) + kReadBehind;
 }
 
+std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
+  return std::max(budget, LeastBytes(triangles)) / kLeafUnit * kLeafUnit;
+}
+
 KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
                              TaskPool& tasks, const MemoryAccount* account)
-    : meshes_(meshes), account_(account) {
+    : meshes_(&meshes), account_(account) {
   const std::size_t most = meshes.triangle_count();
-  const std::size_t bytes = std::max(budget, LeastBytes(most)) / kLeafUnit * kLeafUnit;
+  const std::size_t bytes = BytesFor(most, budget);
   memory_ = Pages(bytes, account);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
@@ -61,19 +65,25 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_[0].count = static_cast<uint32_t>(triangles_.size());
   subsets_[0].parent = Subset::kNowhere;
   subsets_[0].root = Subset::kUnsplit;
+  subsets_[0].made_surface = bounds_.HalfArea();
+  subsets_[0].mesh_bits = 0;
 }
 
 /// Each piece of the numbers is listed where it would stand if every triangle could be hit.
 void KeptPartition::List(ListFunction list, TaskPool& tasks) {
   constexpr std::size_t kPiece = 65536;  // half a millisecond
   const std::size_t most = triangles_.size();
+  std::vector<uint32_t> left_out;
   std::vector<ListedTriangles> pieces((most + kPiece - 1) / kPiece);
   tasks.ForEach(pieces.size(), [&](std::size_t i) {
     const std::size_t begin = i * kPiece;
-    pieces[i] = list(meshes_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
+    pieces[i] = list(*meshes_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
   });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const std::size_t begin = i * kPiece, end = std::min(begin + kPiece, most);
+    left_out.insert(left_out.end(), triangles_.data() + begin + pieces[i].count,
+                    triangles_.data() + end);
     if (pieces[i].count == 0) continue;
     if (kept < i * kPiece) {
       std::copy_n(triangles_.data() + i * kPiece, pieces[i].count, triangles_.data() + kept);
@@ -84,6 +94,8 @@ void KeptPartition::List(ListFunction list, TaskPool& tasks) {
     centers_.Extend(pieces[i].centers.lower);
     centers_.Extend(pieces[i].centers.upper);
   }
+  left_out_ = triangles_.subspan(kept);
+  std::copy(left_out.begin(), left_out.end(), left_out_.begin());
   triangles_ = triangles_.first(kept);
 }
 
@@ -121,6 +133,13 @@ bool KeptPartition::AllocateLeaf(std::size_t bytes, uint32_t& place) {
   } while (!taken_.compare_exchange_weak(taken, taken + units));
   DACRT_ASSERT(BytesUsed() <= BytesReserved());
   return true;
+}
+
+std::size_t KeptPartition::RoomOfLeaf(uint32_t place) {
+  const auto* block = reinterpret_cast<const LeafBlock*>(leaf(place));
+  std::size_t bytes = block->Bytes();
+  for (; !block->is_last; bytes += block->Bytes()) block = block->Next();
+  return RoundUp(bytes, kLeafUnit);
 }
 
 std::size_t KeptPartition::BytesUsed() const {

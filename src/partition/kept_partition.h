@@ -30,13 +30,26 @@ struct Subset {
   static constexpr uint32_t kBeingSplit = UINT32_MAX - 1;
   /// The budget is used up: this one stays as it is.
   static constexpr uint32_t kNoRoom = UINT32_MAX - 2;
+  /// Together with the number of its first node: the triangles have moved so far that they are
+  /// better split anew.
+  static constexpr uint32_t kStale = 1u << 30;
   static constexpr uint32_t kNowhere = UINT32_MAX;
+
+  static constexpr bool IsNode(uint32_t root) { return root < kStale; }
+  static constexpr bool IsStale(uint32_t root) { return root >= kStale && root < kNoRoom; }
 
   uint32_t begin;
   uint32_t count;
   uint32_t parent;  ///< node and child, node * 8 + child, behind which it stands; or kNowhere
   std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
+  uint32_t node_count;         ///< nodes in a row from there
+  float made_surface;          ///< half of its bounds' surface when it came to be
+  float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
+  /// Which meshes have triangles here: a bit for each of 64 rows of meshes; 0 if it is not known.
+  uint64_t mesh_bits;
+  float lower[3], upper[3];  ///< bounds; known where mesh_bits are
 };
+static_assert(sizeof(Subset) == 64);
 
 /// The kept order, where ranges of it are leaves: the last triangle of each is marked.
 struct KeptOrder {
@@ -58,7 +71,8 @@ struct ListedTriangles {
   Box centers;  ///< bounds of lower + upper of each triangle, which is twice its centre
 };
 
-/// Writes the numbers of those among [begin, end) that can be hit (see list_triangles-inl.h).
+/// Writes the numbers of those among [begin, end) that can be hit, and behind them, up to
+/// numbers + end - begin, those of the others (see list_triangles-inl.h).
 using ListFunction = ListedTriangles (*)(const MeshTable& meshes, std::size_t begin,
                                          std::size_t end, uint32_t* numbers);
 
@@ -81,10 +95,12 @@ class KeptPartition {
   /// Bounds of the triangles that can be hit, and their number.
   const Box& bounds() const { return bounds_; }
   std::size_t triangle_count() const { return triangles_.size(); }
+  /// Numbers of the triangles that cannot be hit.
+  std::span<const uint32_t> left_out() const { return left_out_; }
   /// Bounds of lower + upper of each triangle, which is twice its centre.
   const Box& centers() const { return centers_; }
 
-  const MeshTable& meshes() const { return meshes_; }
+  const MeshTable& meshes() const { return *meshes_; }
   const MemoryAccount* account() const { return account_; }
   /// The numbers of the triangles (see MeshTable::Number), in the kept order, with marks. Those of
   /// a subset may be reordered by whoever splits it.
@@ -103,13 +119,18 @@ class KeptPartition {
     DACRT_ASSERT(number < subset_count_);
     return subsets_[number];
   }
+  const Subset& subset(uint32_t number) const {
+    DACRT_ASSERT(number < subset_count_);
+    return subsets_[number];
+  }
+  std::size_t subset_count() const { return subset_count_; }
 
   PartitionView view() { return {nodes_, triangles_.data(), memory_.data()}; }
 
   /// What a walk begins with: the whole scene.
   ChildWord root() {
     const uint32_t number = subsets_[0].root.load(std::memory_order_acquire);
-    return number < Subset::kNoRoom ? ChildWord::Inner(number) : ChildWord::Subset(0);
+    return Subset::IsNode(number) ? ChildWord::Inner(number) : ChildWord::Subset(0);
   }
 
   /// Room for `node_count` nodes and `subset_count` subsets in a row, and the numbers of the first;
@@ -127,7 +148,29 @@ class KeptPartition {
   /// Room for leaf blocks of `bytes` bytes, and its place in units; false if there is not enough
   /// left.
   bool AllocateLeaf(std::size_t bytes, uint32_t& place);
+  /// The room that the blocks of a leaf have.
+  std::size_t RoomOfLeaf(uint32_t place);
   std::byte* leaf(uint32_t place) { return memory_.data() + std::size_t{place} * kLeafUnit; }
+
+  /// Says that room for nodes or leaves is not used any more: nobody can have it again.
+  void Lose(std::size_t bytes) { lost_bytes_.fetch_add(bytes, std::memory_order_relaxed); }
+  /// Whether so much is lost that making the partition anew is better.
+  bool IsWornOut() const { return lost_bytes_ > memory_.bytes() / kMostLost; }
+
+  /// Bytes of a partition that is made for so many triangles with this budget.
+  static std::size_t BytesFor(std::size_t triangles, std::size_t budget);
+
+  /// From now on for these meshes, of as many triangles as before, with other bounds (see refit.h).
+  void MoveTo(const MeshTable& meshes, const Box& bounds) {
+    meshes_ = &meshes;
+    bounds_ = bounds;
+    is_short_lived_ = true;
+  }
+
+  /// Whether it came in the place of another one, and so may not live for long: what is split from
+  /// now on is split fast rather than well.
+  bool is_short_lived() const { return is_short_lived_; }
+  void SetShortLived() { is_short_lived_ = true; }
 
   /// Bytes that are in use, of those that the budget allows.
   std::size_t BytesUsed() const;
@@ -137,12 +180,16 @@ class KeptPartition {
   void List(ListFunction list, TaskPool& tasks);
   std::size_t NodesUsed() const { return taken_ >> 32; }
 
-  const MeshTable& meshes_;
+  /// A budget has so little to spare beside nodes and leaves.
+  static constexpr std::size_t kMostLost = 32;
+
+  const MeshTable* meshes_;
   const MemoryAccount* const account_;
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();
   Pages memory_;
   std::span<uint32_t> triangles_;
+  std::span<uint32_t> left_out_;
   std::span<Subset> subsets_;
   WideNode* nodes_ = nullptr;
   /// Nodes grow upwards from the first one, leaf blocks downwards from the end of the memory; both
@@ -152,7 +199,9 @@ class KeptPartition {
   std::size_t leaf_units_ = 0;  ///< for leaves at most: nodes come first
   std::atomic<bool> leaf_room_{false};
   std::size_t leaf_lanes_ = kLeafLanes;
+  bool is_short_lived_ = false;
   std::atomic<std::size_t> subset_count_{0};
+  std::atomic<std::size_t> lost_bytes_{0};
 };
 
 }  // namespace dacrt

@@ -15,15 +15,18 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// Of the triangles numbered [begin, end), writes the numbers of those that can be hit to
-/// `numbers`.
+/// `numbers`, and those of the others behind them.
 inline ListedTriangles ListTriangles(const MeshTable& meshes, size_t begin, size_t end,
                                      uint32_t* numbers) {
   CornerBounds bounds, centers;
-  size_t count = 0;
+  size_t count = 0, left_out = end - begin;
   for (size_t number = begin; number < end; ++number) {
     const MeshTable::Name name = meshes.Locate(static_cast<uint32_t>(number));
     CornerBox box;
-    if (!BoundIfUsable(meshes, name, box)) continue;
+    if (HWY_UNLIKELY(!BoundIfUsable(meshes, name, box))) {
+      numbers[--left_out] = static_cast<uint32_t>(number);
+      continue;
+    }
     bounds.Extend(box.lower, box.upper);
     centers.Extend(TwiceCenter(box.lower, box.upper));
     numbers[count++] = static_cast<uint32_t>(number);

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 
 #include "partition/list_triangles-inl.h"
+#include "partition/refit-inl.h"
 #include "partition/split_by_grid-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,7 +23,7 @@ void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
 }  // namespace
 
 const PartitionKernels* GetPartitionKernels() {
-  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll};
+  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll, PlanRefit, Refit};
   return &kKernels;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "partition/kept_partition.h"
+#include "partition/refit.h"
 #include "runtime/scratch.h"
 
 namespace dacrt {
@@ -14,6 +15,8 @@ struct PartitionKernels {
   /// Splits the whole of a scene, if that is not done yet and there is memory, with the threads of
   /// `tasks`.
   void (*split_all)(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks);
+  PlanRefitFunction plan_refit;
+  RefitFunction refit;
 };
 
 /// The kernels of a target, by its index in Highway's tables.

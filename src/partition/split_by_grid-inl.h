@@ -34,7 +34,7 @@ struct SubsetLeaves {
   }
   ChildWord Child(const WeighedRange& child) {
     grid.subsets[count] = {static_cast<uint32_t>(child.range.begin),
-                           static_cast<uint32_t>(child.range.end)};
+                           static_cast<uint32_t>(child.range.end), child.range.bounds.HalfArea()};
     return ChildWord::Subset(static_cast<uint32_t>(count++));
   }
 
@@ -143,7 +143,7 @@ inline void MoveAll(std::span<uint32_t> triangles, const Grid& grid,
 
 /// Returns the number of the root, or Subset::kNoRoom. Where `tasks` is not null its threads work
 /// together. Throws std::bad_alloc; the triangles stand as before then.
-inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch,
+inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& scratch,
                             TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
@@ -172,6 +172,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
   uint32_t first_subset;
   const uint32_t root = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);
   if (root == Subset::kNoRoom) return root;
+  subset.node_count = static_cast<uint32_t>(count);
 
   uint32_t next = 0;
   for (size_t i = 0; i < leaves.count; ++i) {
@@ -183,6 +184,8 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
       PlaceCell(grid, parts, grid.cells[cell].primitive, next);
     }
     child.count = subset.begin + next - child.begin;
+    child.made_surface = grid.subsets[i].surface;
+    child.mesh_bits = 0;
     child.root = Subset::kUnsplit;
     DACRT_ASSERT(child.count > 0);
   }
@@ -193,7 +196,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, const Subset& subset, SubsetScr
 
 /// Splits a subset in the way that its size and the memory allow. Returns as above.
 /// Throws std::bad_alloc where there is no memory for a small one.
-inline uint32_t SplitSubset(KeptPartition& kept, const Subset& subset, SubsetScratch* scratch,
+inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, SubsetScratch* scratch,
                             TaskPool* tasks) {
   if (subset.count <= SubsetScratch::kTriangles) {
     if (!scratch) throw std::bad_alloc();
@@ -207,7 +210,8 @@ inline uint32_t SplitSubset(KeptPartition& kept, const Subset& subset, SubsetScr
   return SplitInPlace(kept, subset);
 }
 
-/// The root of a subset, which is split now if it is not yet; Subset::kNoRoom if the budget does
+/// The root of a subset, which is split now if it is not yet, or if its triangles have moved too
+/// far; Subset::kNoRoom if the budget does
 /// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
 ///
 /// Where there is no memory to split a small subset, `otherwise()` is called while nobody else can
@@ -216,11 +220,15 @@ template <class Otherwise>
 inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, SubsetScratch* scratch,
                                       TaskPool* tasks, const Otherwise& otherwise) {
   Subset& subset = kept.subset(number);
+  uint32_t before;
   for (;;) {
     const uint32_t root = subset.root.load(std::memory_order_acquire);
-    if (HWY_LIKELY(root <= Subset::kNoRoom)) return root;
-    uint32_t expected = Subset::kUnsplit;
-    if (subset.root.compare_exchange_strong(expected, Subset::kBeingSplit)) break;
+    if (HWY_LIKELY(Subset::IsNode(root) || root == Subset::kNoRoom)) return root;
+    before = root;
+    if (root != Subset::kBeingSplit &&
+        subset.root.compare_exchange_strong(before, Subset::kBeingSplit)) {
+      break;
+    }
     subset.root.wait(Subset::kBeingSplit);
   }
   const auto publish = [&](uint32_t root) {
@@ -229,9 +237,12 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
     subset.root.notify_all();
   };
   try {
-    const uint32_t root = SplitSubset(kept, subset, scratch, tasks);
+    if (Subset::IsStale(before) && !scratch) throw std::bad_alloc();
+    const uint32_t root = Subset::IsStale(before)
+                              ? SplitAnew(kept, subset, before & ~Subset::kStale, *scratch)
+                              : SplitSubset(kept, subset, scratch, tasks);
     publish(root);
-    if (root < Subset::kNoRoom && subset.parent != Subset::kNowhere) {
+    if (Subset::IsNode(root) && subset.parent != Subset::kNowhere) {
       kept.node(subset.parent / WideNode::kWidth)
           .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
     }
@@ -241,10 +252,10 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
   try {
     otherwise();
   } catch (...) {
-    publish(Subset::kUnsplit);
+    publish(before);
     throw;
   }
-  publish(Subset::kUnsplit);  // there may be memory the next time
+  publish(before);  // there may be memory the next time
   return std::nullopt;
 }
 

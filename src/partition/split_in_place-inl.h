@@ -54,7 +54,7 @@ inline size_t HalveNumbers(const MeshTable& meshes, std::span<uint32_t> numbers)
 
 /// For subsets of at least WideNode::kWidth triangles. Returns the number of the root, which is the
 /// only node, or Subset::kNoRoom. Takes no memory but that of the partition.
-inline uint32_t SplitInPlace(KeptPartition& kept, const Subset& subset) {
+inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
   const MeshTable& meshes = kept.meshes();
   std::span<uint32_t> children[WideNode::kWidth];
   children[0] = kept.triangles().subspan(subset.begin, subset.count);
@@ -79,10 +79,13 @@ inline uint32_t SplitInPlace(KeptPartition& kept, const Subset& subset) {
   uint32_t first_subset;
   const uint32_t root = KeepNodes(kept, {&node, 1}, WideNode::kWidth, first_subset);
   if (root == Subset::kNoRoom) return root;
+  subset.node_count = 1;
   for (uint32_t i = 0; i < WideNode::kWidth; ++i) {
     Subset& child = kept.subset(first_subset + i);
     child.begin = static_cast<uint32_t>(children[i].data() - kept.triangles().data());
     child.count = static_cast<uint32_t>(children[i].size());
+    child.made_surface = bounds[i].HalfArea();
+    child.mesh_bits = 0;
     child.root = Subset::kUnsplit;
   }
   return root;

@@ -9,17 +9,21 @@
 
 #include "geometry/bound_triangle-inl.h"
 #include "partition/build_nodes-inl.h"
+#include "partition/cluster_triangles-inl.h"
 #include "partition/kept_partition.h"
+#include "partition/read_ahead-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Makes references to the triangles of `order`, at most SubsetScratch::kTriangles, in scratch.refs.
+/// Makes references to the triangles of `order`, at most SubsetScratch::kTriangles, in
+/// scratch.refs.
 inline TriangleRange ReferTriangles(const MeshTable& meshes, std::span<const uint32_t> order,
                                     SubsetScratch& scratch) {
+  ReadAhead names(meshes, order);
   for (size_t i = 0; i < order.size(); ++i) {
-    const MeshTable::Name name = meshes.Locate(order[i]);
+    const MeshTable::Name name = names.Next();
     const auto [lower, upper] = BoundUsable(meshes, name);
     TriangleRef& ref = scratch.refs[i];
     lower.Store(ref.lower);
@@ -48,14 +52,58 @@ struct TriangleLeaves {
   bool* is_last;   ///< of its leaf, for each triangle
 };
 
+/// How triangles are split: in so little time that it pays for one frame, or so that rays are
+/// traced some percent faster.
+enum class SplitRule { kFast, kWell };
+
+/// Splits the clusters of some triangles as SplitTriangles does the triangles.
+inline size_t SplitClusters(size_t leaf_lanes, uint32_t first, std::span<uint32_t> order,
+                            size_t clusters, SubsetScratch& scratch) {
+  // Leaves are ranges of clusters at first.
+  bool is_last[SubsetScratch::kTriangles];
+  std::fill_n(is_last, clusters, false);
+  TriangleLeaves leaves{leaf_lanes, 0, is_last};
+  TriangleRef* const refs = scratch.clusters;
+  const size_t count =
+      NodeBuilder(Cells(), refs, leaves, std::span<WideNode>(scratch.nodes), scratch)
+          .Build({MeasureTriangles(refs, 0, clusters), order.size()});
+  if (count == 0) return 0;
+  uint32_t places[SubsetScratch::kTriangles];
+  uint32_t place = 0;
+  uint32_t* const sorted = scratch.codes[1];
+  for (size_t i = 0; i < clusters; ++i) {
+    places[i] = first + place;
+    for (uint32_t k = 0; k < refs[i].mesh; ++k) {
+      const uint32_t number = scratch.codes[0][refs[i].primitive + k];
+      sorted[place++] = order[number % SubsetScratch::kTriangles];
+    }
+    if (is_last[i]) sorted[place - 1] |= KeptOrder::kLastOfLeaf;
+  }
+  std::copy_n(sorted, order.size(), order.data());
+  for (size_t i = 0; i < count; ++i) {
+    WideNode& node = scratch.nodes[i];
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child(node.child[k]);
+      if (child.IsRange()) node.child[k] = ChildWord::Range(places[child.range()]).bits();
+    }
+  }
+  return count;
+}
+
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
-/// nodes, 0 if they have no room.
+/// nodes, 0 if they have no room, and the bounds of the triangles if they are asked for.
 inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_t first,
-                             std::span<uint32_t> order, SubsetScratch& scratch) {
+                             std::span<uint32_t> order, SplitRule rule, SubsetScratch& scratch,
+                             Box* bounds = nullptr) {
   DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
   const TriangleRange range = ReferTriangles(meshes, order, scratch);
+  if (bounds) *bounds = range.bounds;
   std::fill_n(scratch.is_last, order.size(), false);
+  const bool may_cluster =
+      rule == SplitRule::kFast && meshes.all_fill_one_lane() && order.size() > leaf_lanes;
+  const size_t clusters = may_cluster ? ClusterTriangles(range, scratch) : 0;
+  if (clusters > 0) return SplitClusters(leaf_lanes, first, order, clusters, scratch);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
   const std::span<WideNode> nodes(scratch.nodes);
   size_t count;
@@ -76,12 +124,22 @@ inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_
   return count;
 }
 
-/// Appends nodes whose numbers count from the first of them, and makes room for `subset_count`
-/// subsets, whose numbers do, too. Returns the number of the first node, or Subset::kNoRoom.
+/// Nodes in a row.
+struct NodeRun {
+  uint32_t first = 0;
+  uint32_t count = 0;
+};
+
+/// Appends nodes whose numbers count from the first of them, or writes them over those of `old` if
+/// they fit, and makes room for `subset_count` subsets, whose numbers do, too. Returns the number
+/// of the first node, or Subset::kNoRoom.
 inline uint32_t KeepNodes(KeptPartition& kept, std::span<const WideNode> nodes, size_t subset_count,
-                          uint32_t& first_subset) {
-  uint32_t first_node;
-  if (!kept.Allocate(nodes.size(), subset_count, first_node, first_subset)) return Subset::kNoRoom;
+                          uint32_t& first_subset, const NodeRun& old = {}) {
+  uint32_t first_node = old.first;
+  if (nodes.size() > old.count &&
+      !kept.Allocate(nodes.size(), subset_count, first_node, first_subset)) {
+    return Subset::kNoRoom;
+  }
   for (size_t i = 0; i < nodes.size(); ++i) {
     const uint32_t number = static_cast<uint32_t>(first_node + i);
     WideNode& node = kept.node(number);
@@ -98,21 +156,70 @@ inline uint32_t KeepNodes(KeptPartition& kept, std::span<const WideNode> nodes, 
   return first_node;
 }
 
-/// Returns the number of the root, or Subset::kNoRoom.
-inline uint32_t SplitSmallSubset(KeptPartition& kept, const Subset& subset,
-                                 SubsetScratch& scratch) {
+/// The surface of all volumes of some nodes, relative to that of the box around them all: what a
+/// ray that meets the box costs in tests.
+inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
+  float surface = 0;
+  for (const WideNode& node : nodes) {
+    float step[3];
+    for (int axis = 0; axis < 3; ++axis) step[axis] = FromUpperHalf(node.scale[axis]);
+    for (size_t k = 0; k < node.count; ++k) {
+      float edge[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        edge[axis] = step[axis] * static_cast<float>(node.upper[axis][k] - node.lower[axis][k]);
+      }
+      surface += edge[0] * edge[1] + edge[1] * edge[2] + edge[2] * edge[0];
+    }
+  }
+  const float all = own.HalfArea();
+  return all > 0 ? surface / all : 0;
+}
+
+/// Returns the number of the root, or Subset::kNoRoom, after which everything is as it was. The
+/// nodes take the place of `old` if they fit.
+inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, SubsetScratch& scratch,
+                                 const NodeRun& old = {}) {
   // In private memory until there is room: others may still read the order.
   uint32_t* const order = scratch.order;
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
-  std::copy(triangles.begin(), triangles.end(), order);
+  std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
+  Box bounds;
+  const SplitRule rule = kept.is_short_lived() ? SplitRule::kFast : SplitRule::kWell;
   const size_t count = SplitTriangles(kept.meshes(), kept.leaf_lanes(), subset.begin,
-                                      {order, subset.count}, scratch);
+                                      {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
   uint32_t no_subset;
-  const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
+  const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
   if (root == Subset::kNoRoom) return root;
   std::copy_n(order, subset.count, triangles.begin());
+  subset.node_count = static_cast<uint32_t>(count);
+  subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
   return root;
+}
+
+/// Room that the copies of a subset's leaves take.
+inline size_t LeafRoomOf(KeptPartition& kept, std::span<const WideNode> nodes) {
+  size_t bytes = 0;
+  for (const WideNode& node : nodes) {
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      if (child.IsBlock()) bytes += kept.RoomOfLeaf(child.block());
+    }
+  }
+  return bytes;
+}
+
+/// Splits a subset anew that has nodes which fit its triangles no longer. Returns the number of the
+/// root.
+inline uint32_t SplitAnew(KeptPartition& kept, Subset& subset, uint32_t root,
+                          SubsetScratch& scratch) {
+  const NodeRun old{root, subset.node_count};
+  const size_t leaf_room = LeafRoomOf(kept, {&kept.node(root), old.count});
+  const uint32_t anew = SplitSmallSubset(kept, subset, scratch, old);
+  if (anew == Subset::kNoRoom) return root;
+  const uint32_t used = anew == root ? subset.node_count : 0;
+  kept.Lose(leaf_room + (old.count - used) * sizeof(WideNode));
+  return anew;
 }
 
 }  // namespace HWY_NAMESPACE

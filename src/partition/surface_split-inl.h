@@ -41,17 +41,19 @@ inline WeighedChildren HalveWeighed(const Kind& kind, const TriangleRef* refs,
 /// processor could predict, so each reference is written to both, and one place moves on.
 inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range,
                                    const Split& split, TriangleRef* spare) {
-  Extent::Floats centers[2];  // of the right side, of the left side
-  for (Extent::Floats& side : centers) Extent::Empty().Store(side);
+  // A centre outside of a side's box is put infinitely far away, where it leaves the box as it is.
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr float kLeast[2] = {kInfinity, -kInfinity};
+  Extent left_centers = Extent::Empty(), right_centers = Extent::Empty();
   size_t left = range.begin, right = 0;
   for (size_t i = range.begin; i < range.end; ++i) {
     const Corner lower = Corner::Load(refs[i].lower), upper = Corner::Load(refs[i].upper);
-    HWY_ALIGN int32_t bin[4];
-    split.map.Map(TwiceCenter(lower, upper), bin);
-    const size_t is_left = bin[split.axis] <= static_cast<int32_t>(split.last_left_bin);
-    Extent side = Extent::Load(centers[is_left]);
-    side.Join(Extent::Of(refs[i]).TwiceCenter());
-    side.Store(centers[is_left]);
+    const int32_t bin =
+        split.map.MapOnAxis(split.axis, refs[i].lower[split.axis] + refs[i].upper[split.axis]);
+    const size_t is_left = bin <= static_cast<int32_t>(split.last_left_bin);
+    const Extent center = Extent::Of(refs[i]).TwiceCenter();
+    left_centers.Join(center.NotBelow(kLeast[is_left]));
+    right_centers.Join(center.NotBelow(kLeast[1 - is_left]));
     lower.Store(refs[left].lower);
     upper.Store(refs[left].upper);
     lower.Store(spare[right].lower);
@@ -60,8 +62,8 @@ inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range
     right += 1 - is_left;
   }
   std::copy_n(spare, right, refs + left);
-  return {{range.begin, left, split.left_box, Extent::Load(centers[1]).Get()},
-          {left, range.end, split.right_box, Extent::Load(centers[0]).Get()}};
+  return {{range.begin, left, split.left_box, left_centers.Get()},
+          {left, range.end, split.right_box, right_centers.Get()}};
 }
 
 /// The best split of a range of at least two references by the surfaces of its sides, with the

@@ -18,6 +18,7 @@
 #include "geometry/triangle_refs.h"
 #include "partition/grid.h"
 #include "partition/kept_partition.h"
+#include "partition/refit.h"
 #include "rays/packet_view.h"
 #include "scene/scene_parts.h"
 #include "trace/policy.h"
@@ -95,14 +96,21 @@ class ProgressReport {
 
 class __attribute__((visibility("hidden"))) Scene::Implementation {
  public:
-  Implementation(std::shared_ptr<Device> shared_device, MeshTable meshes, Keep keep,
-                 std::vector<std::shared_ptr<const Scene>> scenes)
+  /// `previous` is null for a scene that does not come in another one's place.
+  Implementation(std::shared_ptr<Device> shared_device, MeshTable meshes,
+                 const SceneOptions& options, std::vector<std::shared_ptr<const Scene>> scenes,
+                 const Implementation* previous = nullptr)
       : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
     const std::size_t most = parts.meshes.triangle_count();
-    if (Engine().Keeps()) {
+    if (previous && PlanRefit(*previous, options)) {
+      parts.bounds = refit_plan_->bounds;
+      parts.triangle_count = previous->parts.triangle_count;
+    } else if (Engine().Keeps()) {
+      const Keep keep = options.keep;
       parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
                                                    Engine().kernels.partition.list, Engine().tasks,
                                                    &Engine().memory);
+      if (previous && previous->WasTraced()) parts.kept->SetShortLived();
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
     } else {
@@ -114,7 +122,8 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
     }
     // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
-    if (parts.kept) Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
+    if (Engine().Keeps())
+      Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
   }
 
   static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
@@ -134,6 +143,19 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   }
 
   Device::Implementation& Engine() const { return *device->implementation_; }
+
+  bool takes_over() const { return refit_plan_.has_value(); }
+
+  /// Whether rays came since it was committed: programs that make a scene step by step send none.
+  bool WasTraced() const { return parts.kept && Subset::IsNode(parts.kept->subset(0).root); }
+
+  void TakeOver(Implementation& previous) noexcept {
+    if (!refit_plan_) return;
+    parts.kept = std::move(previous.parts.kept);
+    previous.parts.triangle_count = 0;
+    Engine().kernels.partition.refit(*parts.kept, parts.meshes, *refit_plan_);
+    refit_plan_.reset();
+  }
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
     if (parts.kept && rays.count <= policy::kShortCall) {
@@ -216,6 +238,27 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   SceneParts parts;
 
  private:
+  /// False if there is nothing to take over, or it would not do.
+  bool PlanRefit(const Implementation& previous, const SceneOptions& options) {
+    const KeptPartition* const kept = previous.parts.kept.get();
+    const MeshTable& meshes = parts.meshes;
+    const std::size_t most = meshes.triangle_count();
+    if (!kept || previous.device != device ||
+        kept->BytesReserved() !=
+            KeptPartition::BytesFor(most, Engine().BudgetBytes(most, options.keep)) ||
+        !HaveSameItems(previous.parts.meshes, meshes)) {
+      return false;
+    }
+    RefitPlan plan;
+    if (!Engine().kernels.partition.plan_refit(*kept, meshes,
+                                               ChangedMeshes(previous.parts.meshes, meshes),
+                                               options.always_refit, Engine().tasks, plan)) {
+      return false;
+    }
+    refit_plan_ = std::move(plan);
+    return true;
+  }
+
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
     if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
     const auto refuse = [&](const char* value, const char* reason) {
@@ -300,8 +343,9 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       const std::size_t count = std::min(plan.piece_rays, rays.count - first);
       RayBatch batch = workspace.batch();
       const CallFrame frame{&rays, nullptr, first, options, rays.instance_value};
-      const PaperTask task{parts,      engine.settings, workspace.refs(), batch,
-                           workspace.scratch(), statistics, clock, frame};
+      const PaperTask task{
+          parts, engine.settings, workspace.refs(), batch, workspace.scratch(), statistics, clock,
+          frame};
       const RayBlock active = [&] {
         const StepClock::Charge charge(clock, Step::kLoading);
         return LoadRays(rays, first, count, query, meshes, batch);
@@ -323,19 +367,36 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     TakeSeconds(clock, statistics);
     return statistics;
   }
+
+  std::optional<RefitPlan> refit_plan_;  ///< until it is carried out
 };
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
   if (!device) RefuseDevice();
-  implementation_ = std::make_unique<Implementation>(std::move(device), MeshTable(meshes), keep,
+  implementation_ = std::make_unique<Implementation>(std::move(device), MeshTable(meshes),
+                                                     SceneOptions{.keep = keep},
                                                      std::vector<std::shared_ptr<const Scene>>());
 }
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
              const SceneOptions& options) {
   MeshTable meshes = Implementation::MakeTable(device.get(), geometries, options.robust);
-  implementation_ = std::make_unique<Implementation>(
-      std::move(device), std::move(meshes), options.keep, Implementation::ScenesOf(geometries));
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(meshes), options,
+                                                     Implementation::ScenesOf(geometries));
+}
+
+Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+             const SceneOptions& options, const Scene& previous) {
+  MeshTable meshes = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(meshes), options,
+                                                     Implementation::ScenesOf(geometries),
+                                                     previous.implementation_.get());
+}
+
+bool Scene::takes_over() const { return implementation_->takes_over(); }
+
+void Scene::TakeOver(Scene& previous) noexcept {
+  implementation_->TakeOver(*previous.implementation_);
 }
 
 Scene::~Scene() = default;

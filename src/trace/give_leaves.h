@@ -6,8 +6,11 @@
 
 namespace dacrt {
 
-/// Copies the geometry of a node's leaves into the memory of the kept partition, as long as the
-/// budget lasts. Any number of threads may do so at once.
-void GiveLeavesGeometry(const TraceTask& task, WideNode& node);
+/// For a node of which a ray, or a list of rays, enters `entered`: its leaves are given a copy of
+/// their geometry in the memory of the kept partition, as long as the budget lasts, and copies that
+/// are stale are renewed. Only those that are entered: to gather a leaf from the meshes for a
+/// single test costs four fifths of what the copy does, so that waiting for a second one would not
+/// pay. Any number of threads may do so at once.
+void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered);
 
 }  // namespace dacrt

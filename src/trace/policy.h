@@ -32,10 +32,6 @@ constexpr std::size_t SampleRays(std::size_t rays) { return rays < 8 ? 1 : rays 
 /// Rays ahead of which the next ones are fetched.
 inline constexpr std::size_t kFetchAhead = 6;
 
-/// Visits of a node by single rays after which its leaves get their geometry: to gather it once
-/// from the mesh costs about as much as to copy it.
-inline constexpr unsigned kVisitsBeforeLeaves = 1;
-
 /// Rays for which a subset is split whose nodes are forgotten afterwards: to test fewer against all
 /// of its triangles costs less.
 inline constexpr std::size_t kRaysToSplitFor = 64;

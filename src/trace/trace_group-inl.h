@@ -188,13 +188,13 @@ class GroupTracer {
   HWY_INLINE void VisitNode(WideNode& node, const PlaneOffsets& offsets,
                             const GroupInterval& interval, uint32_t active, Open* open,
                             size_t& count) {
-    if (HWY_UNLIKELY(node.HasBareLeaves())) GiveLeavesGeometry(task_, node);
     HWY_ALIGN float entry[WideNode::kWidth];
     HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
     const ChildPlanes planes(node, offsets);
     const uint32_t entered =
         interval.EnterChildren(planes, LargestTFar(active), entry) & node.UsedChildren();
     if (entered == 0) return;
+    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task_, node, entered);
     for (int axis = 0; axis < 3; ++axis) {
       for (size_t part = 0; part < kParts; ++part) {
         hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);

@@ -56,7 +56,6 @@ class ListTracer {
   ListTracer(const TraceTask& task, const PlaneOffsets& offsets) : task_(task), offsets_(offsets) {}
 
   void VisitNode(WideNode& node, const RayNumber* list, size_t count, ListMemory memory) const {
-    if (HWY_UNLIKELY(node.HasBareLeaves())) GiveLeavesGeometry(task_, node);
     if (task_.statistics) {
       ++task_.statistics->subproblems;
       task_.statistics->box_tests += count * node.count;
@@ -65,6 +64,7 @@ class ListTracer {
     uint8_t order[WideNode::kWidth];
     uint32_t entered = EnterAll(node, list, count, masks, order) & node.UsedChildren();
     if (entered == 0) return;
+    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task_, node, entered);
     ForEachLane(entered, [&](size_t i) { PrefetchChild(task_.partition, node.Child(i)); });
     for (const uint8_t i : order) {
       if (!(entered >> i & 1)) continue;

@@ -46,7 +46,9 @@ class LoneTracer {
 
  private:
   struct Host {
-    HWY_INLINE bool Enter(const WideNode& node) const { return !node.HasBareLeaves(); }
+    HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
+      return node.BareLeaves(entered) == 0;
+    }
     HWY_INLINE WalkStep Solve(ChildWord child) const { return tracer.Test(child); }
 
     LoneTracer& tracer;

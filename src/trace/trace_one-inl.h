@@ -106,8 +106,8 @@ enum class WalkStep {
 };
 
 /// Takes one ray through nodes, from `child` on, until nothing is open. `host` has
-///   bool Enter(WideNode&)      before the children of a node are looked at; false: leave
-///   WalkStep Solve(ChildWord&)     a child that is not a node
+///   bool Enter(WideNode&, uint32_t entered)   before children of a node are visited; false: leave
+///   WalkStep Solve(ChildWord&)                a child that is not a node
 /// False if the host has left; `child` and `open` then say where.
 template <Query kQuery, class Host>
 HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, ChildWord& child,
@@ -119,7 +119,6 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
   for (;;) {
     if (HWY_LIKELY(child.IsInner())) {
       WideNode& node = partition.nodes[child.number()];
-      if (HWY_UNLIKELY(!host.Enter(node))) return false;
       HWY_ALIGN float distance[WideNode::kWidth];
       uint32_t entered =
           EnterChildren(ChildPlanes(node, offsets), slab_ray, ray.tfar,
@@ -130,6 +129,7 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
                         }) &
           node.UsedChildren();
       if (entered != 0) {
+        if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;
         child = kOrders ? open.Nearest(partition, node, entered, distance)
                         : open.First(partition, node, entered);
         if (HWY_UNLIKELY(open.count + WideNode::kWidth > OpenChildren::kMost)) return false;
@@ -176,9 +176,9 @@ class OneTracer {
 
  private:
   struct Host {
-    HWY_INLINE bool Enter(WideNode& node) const {
-      if (HWY_UNLIKELY(node.HasBareLeaves()) && node.CountVisit() >= policy::kVisitsBeforeLeaves) {
-        GiveLeavesGeometry(tracer.task_, node);
+    HWY_INLINE bool Enter(WideNode& node, uint32_t entered) const {
+      if (HWY_UNLIKELY(node.BareLeaves(entered))) {
+        GiveLeavesGeometry(tracer.task_, node, entered);
       }
       return true;
     }

@@ -46,7 +46,8 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
     const auto some = all.subspan(begin, std::min(all.size() - begin, SubsetScratch::kTriangles));
     const std::span<uint32_t> order(scratch.get()->order, some.size());
     std::copy(some.begin(), some.end(), order.begin());
-    const size_t nodes = SplitTriangles(task.scene.meshes, kLeafLanes, 0, order, *scratch.get());
+    const size_t nodes =
+        SplitTriangles(task.scene.meshes, kLeafLanes, 0, order, SplitRule::kFast, *scratch.get());
     if (nodes == 0) {
       TestAll<kQuery>(task, subset.begin + begin, some.size(), list, rays, memory);
       continue;
@@ -72,7 +73,8 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
       if (BoundTriangle(meshes, name, ref)) scratch.order[count++] = static_cast<uint32_t>(number);
     }
     if (count == 0) return;
-    const size_t nodes = SplitTriangles(meshes, kLeafLanes, 0, {scratch.order, count}, scratch);
+    const size_t nodes =
+        SplitTriangles(meshes, kLeafLanes, 0, {scratch.order, count}, SplitRule::kFast, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
     trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }
@@ -96,7 +98,7 @@ HWY_NOINLINE std::optional<ChildWord> OpenSubset(const TraceTask& task, uint32_t
     });
   }
   if (!root) return std::nullopt;
-  if (*root < Subset::kNoRoom) return ChildWord::Inner(*root);
+  if (Subset::IsNode(*root)) return ChildWord::Inner(*root);
   TraceForgotten<kQuery>(task, subset, list, rays, memory, trace);
   return std::nullopt;
 }

@@ -410,6 +410,11 @@ class Generator {
       if (change.kind == Change::Kind::kAttach && geometry.attached) continue;
       if (change.kind == Change::Kind::kMask && !Has(features_, Feature::kMasks)) continue;
       if (change.kind == Change::Kind::kFilters && !Has(features_, Feature::kFilters)) continue;
+      // Grids with such vertices are not compared, here as at the start.
+      if (change.kind == Change::Kind::kSpoil &&
+          (!Has(features_, Feature::kHostile) || geometry.shape == Shape::kGrids)) {
+        continue;
+      }
       Apply(change, scenes);
       stage.changes.push_back(change);
     }

@@ -279,6 +279,11 @@ void PlayedWorld::Play(const Change& change) {
         WriteVertices(description, geometry);
       }
       return api().rtcCommitGeometry(geometry.handle);
+    case Change::Kind::kBend:
+    case Change::Kind::kScatter:
+    case Change::Kind::kSpoil:
+      if (description.shape != Shape::kInstance) WriteVertices(description, geometry);
+      return api().rtcCommitGeometry(geometry.handle);
     case Change::Kind::kFilters:
       if (description.shape != Shape::kInstance) SetFilters(description, geometry.handle);
       return api().rtcCommitGeometry(geometry.handle);

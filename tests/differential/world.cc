@@ -1,6 +1,8 @@
 #include "world.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "random.h"
 
@@ -35,6 +37,24 @@ uint32_t WorldGeometry::PrimitiveCount() const {
   return static_cast<uint32_t>(HasFacets(shape) ? primitives.size() : vertices.front().size());
 }
 
+namespace {
+
+/// `move(vertex, i)` for each vertex i of each time step.
+template <class Move>
+void MoveVertices(WorldGeometry& geometry, const Move& move) {
+  for (auto& step : geometry.vertices) {
+    for (std::size_t i = 0; i < step.size(); ++i) move(step[i], i);
+  }
+}
+
+void MoveBy(const Float3& shift, float factor, Vertex& vertex) {
+  vertex.x += factor * shift.x;
+  vertex.y += factor * shift.y;
+  vertex.z += factor * shift.z;
+}
+
+}  // namespace
+
 void Apply(const Change& change, std::vector<WorldScene>& scenes) {
   WorldGeometry& geometry = scenes[change.scene].geometries[change.geometry];
   switch (change.kind) {
@@ -65,14 +85,22 @@ void Apply(const Change& change, std::vector<WorldScene>& scenes) {
       for (auto& step : geometry.normals) step.resize(left);
       return;
     }
+    case Change::Kind::kBend:
+      return MoveVertices(geometry, [&](Vertex& vertex, std::size_t i) {
+        MoveBy(change.shift, 0.2f * std::sin(0.1f * static_cast<float>(i)), vertex);
+      });
+    case Change::Kind::kScatter:
+      return MoveVertices(geometry, [&](Vertex& vertex, std::size_t i) {
+        MoveBy(change.shift, static_cast<float>(Random(i).Next() >> 40) * 0x1p-24f, vertex);
+      });
+    case Change::Kind::kSpoil:
+      return MoveVertices(geometry, [&](Vertex& vertex, std::size_t i) {
+        if (i % 5 != 2) return;
+        vertex.y = std::isnan(vertex.y) ? 0.125f * static_cast<float>(i % 8)
+                                        : std::numeric_limits<float>::quiet_NaN();
+      });
     case Change::Kind::kShift:
-      for (auto& step : geometry.vertices) {
-        for (Vertex& vertex : step) {
-          vertex.x += change.shift.x;
-          vertex.y += change.shift.y;
-          vertex.z += change.shift.z;
-        }
-      }
+      MoveVertices(geometry, [&](Vertex& vertex, std::size_t) { MoveBy(change.shift, 1, vertex); });
       for (Placement& placement : geometry.placements) {
         for (int axis = 0; axis < 3; ++axis) {
           placement.matrix[9 + axis] += change.shift[axis];

@@ -108,6 +108,9 @@ struct Change {
     kMask,
     kFilters,     ///< other filter functions
     kPrimitives,  ///< the first half of the primitives is left, in other memory
+    kBend,        ///< moves the vertices, neighbours nearly alike
+    kScatter,     ///< moves each vertex by itself
+    kSpoil,       ///< some vertices are no numbers any more; those that were none are numbers again
   };
   Kind kind = Kind::kEnable;
   uint32_t scene = 0, geometry = 0;  ///< places, not ids
@@ -115,7 +118,7 @@ struct Change {
   uint32_t mask = 0;
   FilterKind closest_filter = FilterKind::kNone, any_filter = FilterKind::kNone;
 };
-inline constexpr uint32_t kChangeKindCount = 8;
+inline constexpr uint32_t kChangeKindCount = 11;
 
 struct Batch {
   Form form{Form::Call::kRecords};

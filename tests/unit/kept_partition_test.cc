@@ -243,9 +243,16 @@ class Walker : public Counts {
 /// With all the room that a partition can want.
 Counts ExpectWholePartition(std::vector<Mesh> meshes, const std::string& what) {
   SCOPED_TRACE(what);
+  // Split fast, then split well.
+  Kept fast(meshes, kPlenty);
+  fast.partition.SetShortLived();
+  Walker fast_walker(fast);
+  fast_walker.Walk(true);
   Kept kept(std::move(meshes), kPlenty);
   Walker walker(kept);
   walker.Walk(true);
+  EXPECT_LE(fast_walker.nodes, 2 * walker.nodes + 2);
+  EXPECT_LE(fast_walker.leaves, 2 * walker.leaves + 2);
   return walker;
 }
 

@@ -230,9 +230,8 @@ void RaysEnterTheChildrenTheyMeet() {
     HWY_ALIGN float entries[WideNode::kWidth];
     const uint32_t entered =
         EnterChildren(ChildPlanes(node, PlaneOffsets(ray.Octant())), SlabRay(ray), ray.tfar,
-                      [&](size_t part, EightPart entry) HWY_ATTR {
-                        hn::Store(entry, kEightTag, entries + part * kPartLanes);
-                      }) &
+                      [&](size_t part, EightPart entry)
+                          HWY_ATTR { hn::Store(entry, kEightTag, entries + part * kPartLanes); }) &
         node.UsedChildren();
     ASSERT_EQ(entered & ~node.UsedChildren(), 0u);
     for (size_t i = 0; i < count; ++i) {
@@ -242,10 +241,10 @@ void RaysEnterTheChildrenTheyMeet() {
         origin[axis] = hn::Set(kFloat, ray.org[axis]);
         reciprocal[axis] = hn::Set(kFloat, ray.reciprocal[axis]);
       }
-      const Interval own = IntersectBox(Widen(family.boxes[i].lower, family.boxes[i].upper),
-                                        origin, reciprocal);
-      const bool meets = Bits(Enters(own, hn::Set(kFloat, ray.tnear),
-                                     hn::Set(kFloat, ray.tfar))) & 1;
+      const Interval own =
+          IntersectBox(Widen(family.boxes[i].lower, family.boxes[i].upper), origin, reciprocal);
+      const bool meets =
+          Bits(Enters(own, hn::Set(kFloat, ray.tnear), hn::Set(kFloat, ray.tfar))) & 1;
       if (meets) {
         ASSERT_TRUE(entered >> i & 1) << "child " << i << " of " << count;
         ASSERT_LE(entries[i], std::max(hn::GetLane(own.entry), ray.start));
@@ -313,8 +312,8 @@ std::string KindsOf(ChildWord word) {
 
 // What stands behind a child, and its number, come back as they were written, up to the largest.
 TEST(ChildWordTest, KindsAndNumbersComeBack) {
-  for (const uint32_t most : {ChildWord::kMostNumber, ChildWord::kMostBlock,
-                              ChildWord::kMostRange}) {
+  for (const uint32_t most :
+       {ChildWord::kMostNumber, ChildWord::kMostBlock, ChildWord::kMostRange}) {
     for (const uint32_t number : {0u, 1u, 2u, 1000000u, most / 2, most - 1, most}) {
       if (number <= ChildWord::kMostNumber) {
         const ChildWord inner = ChildWord::Inner(number), subset = ChildWord::Subset(number);
@@ -352,39 +351,50 @@ TEST(WideNodeChildTest, WordsComeBack) {
   }
 }
 
-// One thread gets the leaves to fill in, whoever else comes, and however often.
-TEST(WideNodeLeavesTest, OneThreadClaimsThem) {
+// One thread at a time gets the leaves to fill in, and those who wait see what it did.
+TEST(WideNodeLeavesTest, OneThreadFillsThemIn) {
   for (int round = 0; round < 50; ++round) {
     WideNode node{};
-    std::atomic<int> claims{0};
+    node.count = 2;
+    for (uint32_t i = 0; i < 2; ++i) node.SetChild(i, ChildWord::Block(i));
+    node.SetLeavesStale();
+    std::atomic<int> inside{0}, filled{0};
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t) {
       threads.emplace_back([&] {
-        for (int i = 0; i < 300; ++i) {
-          node.CountVisit();
-          claims += i > 100 && node.ClaimLeaves();
+        while (!node.TryLockLeaves()) {
+          node.WaitForLeaves();
+          if (node.StaleLeaves(3) == 0) return;
         }
+        ASSERT_EQ(++inside, 1);
+        filled += node.StaleLeaves(3) != 0;
+        node.SetLeavesDone(3);
+        --inside;
+        node.UnlockLeaves();
       });
     }
     for (std::thread& thread : threads) thread.join();
-    ASSERT_EQ(claims, 1);
-    ASSERT_TRUE(node.HasBareLeaves());
-    node.CountVisit();
-    ASSERT_FALSE(node.ClaimLeaves());
-    node.SetLeavesDone();
-    ASSERT_FALSE(node.HasBareLeaves());
-    node.CountVisit();
-    ASSERT_FALSE(node.HasBareLeaves()) << "counting does not undo it";
-    ASSERT_FALSE(node.ClaimLeaves());
+    ASSERT_EQ(filled, 1);
+    ASSERT_EQ(node.BareLeaves(255), 0u);
   }
 }
 
-// However many come without claiming the leaves, somebody still can.
-TEST(WideNodeLeavesTest, VisitsAreCountedUpToAnEnd) {
+TEST(WideNodeLeavesTest, EachLeafIsDoneByItself) {
   WideNode node{};
-  for (int i = 0; i < 1000; ++i) ASSERT_EQ(node.CountVisit(), std::min(i, 253));
-  EXPECT_TRUE(node.HasBareLeaves());
-  EXPECT_TRUE(node.ClaimLeaves());
+  node.count = 4;
+  node.SetChild(0, ChildWord::Inner(7));
+  node.SetChild(1, ChildWord::Block(1));
+  node.SetChild(2, ChildWord::Range(2));
+  node.SetChild(3, ChildWord::Block(3));
+  node.SetLeavesStale();
+  EXPECT_EQ(node.BareLeaves(255), 0b1110u);
+  EXPECT_EQ(node.StaleLeaves(255), 0b1010u);
+  EXPECT_EQ(node.BareLeaves(0b0011), 0b0010u);
+  node.SetLeavesDone(0b0010);
+  EXPECT_EQ(node.BareLeaves(255), 0b1100u);
+  EXPECT_EQ(node.StaleLeaves(255), 0b1000u);
+  node.SetLeavesDone();
+  EXPECT_EQ(node.BareLeaves(255), 0u);
 }
 
 }  // namespace dacrt

@@ -1,0 +1,40 @@
+#include "partition/refit.h"
+
+#include <algorithm>
+
+namespace dacrt {
+namespace {
+
+bool IsSame(const Array& a, const Array& b) { return a.data == b.data && a.stride == b.stride; }
+
+bool AreSame(const std::vector<Array>& a, const std::vector<Array>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), IsSame);
+}
+
+}  // namespace
+
+bool HaveSameItems(const MeshTable& before, const MeshTable& now) {
+  const Shapes &a = before.shapes(), &b = now.shapes();
+  if (a.size() != b.size()) return false;
+  for (uint32_t i = 0; i < a.size(); ++i) {
+    if (a[i].shape != b[i].shape || a[i].geometry_id != b[i].geometry_id ||
+        a.ItemCount(i) != b.ItemCount(i) || a.StepCount(i) != b.StepCount(i) ||
+        !IsSame(a[i].primitives, b[i].primitives)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<bool> ChangedMeshes(const MeshTable& before, const MeshTable& now) {
+  const Shapes &a = before.shapes(), &b = now.shapes();
+  std::vector<bool> changed(b.size());
+  for (uint32_t i = 0; i < b.size(); ++i) {
+    changed[i] = b[i].revision == 0 || a[i].revision != b[i].revision ||
+                 a[i].vertex_count != b[i].vertex_count || !AreSame(a[i].vertices, b[i].vertices) ||
+                 !AreSame(a[i].normals, b[i].normals);
+  }
+  return changed;
+}
+
+}  // namespace dacrt
