@@ -28,7 +28,8 @@ void SplitSubset(benchmark::State& state) {
   std::vector<uint32_t> order(kCount);
   for (auto _ : state) {
     std::iota(order.begin(), order.end(), 0u);
-    benchmark::DoNotOptimize(SplitTriangles(table, kLeafLanes, 0, order, *scratch));
+    benchmark::DoNotOptimize(
+        SplitTriangles(table, kLeafLanes, 0, order, SplitRule::kWell, *scratch));
   }
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * kCount));
 }
