@@ -88,7 +88,9 @@ class GroupTracer {
       uint32_t octant;
       const uint32_t lanes = lanes_.LanesOfOctant(active, octant);
       active &= ~lanes;
-      if (hwy::PopCount(lanes) <= policy::kFewRays || !lanes_.AreNarrow(lanes, reach)) {
+      // User functions are worth calling for many rays at once.
+      const bool stays_together = task_.scene.has_callbacks || lanes_.AreNarrow(lanes, reach);
+      if (hwy::PopCount(lanes) <= policy::kFewRays || !stays_together) {
         ForEachLane(lanes, [&](size_t lane) { TraceAlone(root, lane, memory); });
       } else {
         Walk(root, octant, lanes, memory);
