@@ -24,7 +24,7 @@ cp "$packages"/*.deb "$work/dacrt"
 cp -r "$consumers/project" "$consumers/native" "$work/dacrt"
 "$compiler" -x c "$consumers/project/app.c" -x none -o "$work/dacrt/embree_program" "$embree"
 "$compiler" -std=c++20 "$consumers/native/native.cc" -o "$work/dacrt/native_program" \
-  -I"$library_dir/../../include" -L"$library_dir" -ldacrt
+  -I"${library_dir%/usr/*}/usr/include" -L"$library_dir" -ldacrt
 
 cat >"$work/dacrt/inside.sh" <<'INSIDE'
 set -eu
