@@ -255,8 +255,8 @@ class GroupTracer {
             ? reinterpret_cast<const LeafBlock*>(task_.partition.leaves +
                                                  size_t{leaf.block()} * KeptPartition::kLeafUnit)
             : nullptr;
-    if (HWY_LIKELY(tests_in_lanes_ && block && block->kind == LeafKind::kFacets &&
-                   !block->is_timed && block->is_last)) {
+    if (HWY_LIKELY(tests_in_lanes_ && block && block->IsPlain() &&
+                   (!has_filters_ || !IsFiltered(*block)))) {
       return TestInLanes(leaf, *block, active);
     }
     RayNumber list[kGroupRays];
@@ -293,45 +293,19 @@ class GroupTracer {
         const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
         meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
         if (hn::AllFalse(kFloat, meet)) continue;
-        if (HWY_UNLIKELY(has_filters_) &&
-            TakeFiltered(block, i, first, triangle, terms, meet, rays, t, interval.entry, lanes)) {
-          continue;
-        }
         TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
         if (kQuery == Query::kAny && lanes == 0) break;
       }
     }
   }
 
-  /// The same for a geometry with a filter function; false for others.
-  HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first,
-                                 const TestTriangles& triangle, const PairTermsOf<V>& terms, M meet,
-                                 TestRays& rays, V t, V entry, uint32_t& lanes) {
-    const MeshTable::Name name = NameOfLane(task_, block, i);
-    const Geometry& geometry = task_.scene.meshes.shapes()[name.mesh];
-    if (!(kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter)) return false;
-    HWY_ALIGN float key[kMaxLanes], distance[kMaxLanes], u[kMaxLanes], v[kMaxLanes];
-    HWY_ALIGN float ng[3][kMaxLanes];
-    const V one = hn::Set(kFloat, 1.0f), t_over_den = hn::Div(t, terms.den);
-    hn::Store(hn::Max(t_over_den, entry), kFloat, key);
-    hn::Store(t_over_den, kFloat, distance);
-    hn::Store(hn::Min(hn::Div(terms.u, terms.den), one), kFloat, u);
-    hn::Store(hn::Min(hn::Div(terms.v, terms.den), one), kFloat, v);
-    for (int axis = 0; axis < 3; ++axis) hn::Store(triangle.ng[axis], kFloat, ng[axis]);
-    const uint64_t within = Bits(IsWithinLimit(rays, t, terms.den));
-    ForEachLane(Bits(meet), [&](size_t lane) {
-      Candidate candidate{key[lane],      ((within >> lane) & 1) != 0,
-                          distance[lane], {ng[0][lane], ng[1][lane], ng[2][lane]},
-                          u[lane],        v[lane],
-                          name.mesh,      name.primitive};
-      const RayRecord& ray = RecordOf(first + lane);
-      FacetTest<kQuery, false>::Offer(task_, numbers_[first + lane], candidate,
-                                      block.second >> i & 1);
-      lanes_.LoadHit(first + lane, ray);
-      if (kQuery == Query::kAny && ray.tfar < 0) lanes &= ~(1u << lane);
-    });
-    rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
-    return true;
+  /// Whether filter functions are to be asked about hits in a leaf.
+  HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const Geometry& geometry = task_.scene.meshes.shapes()[NameOfLane(task_, block, i).mesh];
+      if (kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter) return true;
+    }
+    return false;
   }
 
   HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
