@@ -11,8 +11,17 @@ namespace {
 std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
-/// to take.
-std::size_t NodesFor(std::size_t triangles) { return 16 + triangles / 28; }
+/// to take. Quads and cells of grids fill two lanes of a leaf.
+std::size_t NodesFor(std::size_t lanes) { return 16 + lanes / 28; }
+
+std::size_t LanesOf(const MeshTable& meshes) {
+  std::size_t lanes = meshes.triangle_count();
+  if (meshes.all_fill_one_lane()) return lanes;
+  for (uint32_t mesh = 0; mesh < meshes.meshes().size(); ++mesh) {
+    lanes += (meshes.LanesOf(mesh) - 1) * meshes[mesh].triangle_count;
+  }
+  return lanes;
+}
 
 /// What leaves with their geometry were measured to take at least, a triangle.
 constexpr std::size_t kLeafBytes = 20;
@@ -51,7 +60,7 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
   room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
-  const std::size_t node_units = NodesFor(most) * kUnitsANode;
+  const std::size_t node_units = NodesFor(LanesOf(meshes)) * kUnitsANode;
   leaf_units_ = room_units_ > node_units ? room_units_ - node_units : 0;
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;

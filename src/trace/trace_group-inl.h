@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "trace/group_lanes-inl.h"
 #include "trace/trace_one-inl.h"
@@ -133,9 +134,13 @@ class GroupTracer {
     size_t count = 0;
     for (;;) {
       const size_t few = child.IsLeaf() ? 1 : policy::kFewRays;
-      if (hwy::PopCount(active) <= few ||
-          HWY_UNLIKELY(child.IsSubset() || count + WideNode::kWidth > kMostOpen)) {
+      if (hwy::PopCount(active) <= few || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
         ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
+      } else if (HWY_UNLIKELY(child.IsSubset())) {
+        if (const auto opened = OpenForGroup(child.number(), active, memory)) {
+          child = *opened;
+          continue;
+        }
       } else if (child.IsLeaf()) {
         TestGroup(child, active, memory);
       } else {
@@ -249,6 +254,32 @@ class GroupTracer {
     lanes_.LoadHit(lane, ray);
   }
 
+  /// OpenSubset for the rays of some lanes.
+  HWY_NOINLINE std::optional<ChildWord> OpenForGroup(uint32_t subset, uint32_t active,
+                                                     ListMemory memory) {
+    RayNumber list[kGroupRays];
+    const size_t count = ListOf(active, list);
+    const auto trace = [&](const TraceTask& own, ChildWord root) {
+      for (size_t i = 0; i < count; ++i) OneTracer<kQuery>(own).Trace(root, list[i], memory);
+    };
+    const auto opened = OpenSubset<kQuery>(task_, subset, list, count, memory, trace);
+    LoadHits(active);
+    return opened;
+  }
+
+  /// The numbers of the rays in some lanes, whose records stand as the rays do.
+  HWY_INLINE size_t ListOf(uint32_t lanes, RayNumber* list) {
+    size_t count = 0;
+    ForEachLane(lanes, [&](size_t lane) {
+      RecordOf(lane);
+      list[count++] = numbers_[lane];
+    });
+    return count;
+  }
+  HWY_INLINE void LoadHits(uint32_t lanes) {
+    ForEachLane(lanes, [&](size_t lane) { lanes_.LoadHit(lane, task_.rays[numbers_[lane]]); });
+  }
+
   void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory) {
     const LeafBlock* const block =
         leaf.IsBlock()
@@ -260,13 +291,9 @@ class GroupTracer {
       return TestInLanes(leaf, *block, active);
     }
     RayNumber list[kGroupRays];
-    size_t count = 0;
-    ForEachLane(active, [&](size_t lane) {
-      RecordOf(lane);
-      list[count++] = numbers_[lane];
-    });
+    const size_t count = ListOf(active, list);
     TestLeaf<kQuery>(task_, leaf, list, count, memory);
-    ForEachLane(active, [&](size_t lane) { lanes_.LoadHit(lane, task_.rays[numbers_[lane]]); });
+    LoadHits(active);
   }
 
   void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active) {
