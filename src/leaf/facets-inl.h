@@ -189,9 +189,8 @@ class FacetTest {
 
   /// Whether a filter function is to be asked about hits of a lane.
   bool IsFiltered(size_t block_lane) const {
-    const Geometry& geometry =
-        task_.scene.meshes.shapes()[NameOfLane(task_, block_, block_lane).mesh];
-    return static_cast<bool>(kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter);
+    const uint32_t mesh = NameOfLane(task_, block_, block_lane).mesh;
+    return static_cast<bool>(FilterOf<kQuery>(task_.scene.meshes.shapes()[mesh]));
   }
 
   /// Blocks an any-hit ray, if its mask allows one of some lanes.

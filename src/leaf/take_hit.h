@@ -25,6 +25,12 @@ inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t mesh) 
   return !task.checks_masks || (ray.mask & task.scene.meshes[mesh].mask) != 0;
 }
 
+/// The filter function that is asked about hits of a geometry; most have none.
+template <Query kQuery>
+inline const Callback& FilterOf(const Geometry& geometry) {
+  return kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter;
+}
+
 /// Shows `hit` to the filter function of a mesh, which may change it. Returns whether it accepts
 /// it.
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
@@ -74,7 +80,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
   if constexpr (kQuery == Query::kAny) {
     if (!candidate.within_limit || ray.tfar < 0) return;
     if (shapes.has_filters()) {
-      const Callback& filter = shapes[candidate.mesh].any_filter;
+      const Callback& filter = FilterOf<kQuery>(shapes[candidate.mesh]);
       if (filter && !PassesFilter(task, filter, kQuery, number, candidate.mesh, found)) return;
     }
     ray.tfar = -std::numeric_limits<float>::infinity();
@@ -84,7 +90,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
     if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.mesh)) return;
     float key = candidate.key;
     if (shapes.has_filters()) {
-      const Callback& filter = shapes[candidate.mesh].closest_filter;
+      const Callback& filter = FilterOf<kQuery>(shapes[candidate.mesh]);
       if (filter) {
         if (!PassesFilter(task, filter, kQuery, number, candidate.mesh, found)) return;
         if (found.t != candidate.t) key = found.t;

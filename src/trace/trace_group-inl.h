@@ -281,13 +281,8 @@ class GroupTracer {
   }
 
   void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory) {
-    const LeafBlock* const block =
-        leaf.IsBlock()
-            ? reinterpret_cast<const LeafBlock*>(task_.partition.leaves +
-                                                 size_t{leaf.block()} * KeptPartition::kLeafUnit)
-            : nullptr;
-    if (HWY_LIKELY(tests_in_lanes_ && block && block->IsPlain() &&
-                   (!has_filters_ || !IsFiltered(*block)))) {
+    const LeafBlock* const block = PlainBlock(task_.partition, leaf);
+    if (HWY_LIKELY(tests_in_lanes_ && block && (!has_filters_ || !IsFiltered(*block)))) {
       return TestInLanes(leaf, *block, active);
     }
     RayNumber list[kGroupRays];
@@ -329,8 +324,8 @@ class GroupTracer {
   /// Whether filter functions are to be asked about hits in a leaf.
   HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
     for (size_t i = 0; i < block.lanes; ++i) {
-      const Geometry& geometry = task_.scene.meshes.shapes()[NameOfLane(task_, block, i).mesh];
-      if (kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter) return true;
+      const uint32_t mesh = NameOfLane(task_, block, i).mesh;
+      if (FilterOf<kQuery>(task_.scene.meshes.shapes()[mesh])) return true;
     }
     return false;
   }

@@ -71,8 +71,9 @@ class LoneTracer {
         return WalkStep::kStop;
       }
       // Where names decide, others know them.
-      if (HWY_UNLIKELY(!Take(leaf, crossing, part))) return WalkStep::kLeave;
-      if (ray_.hit == leaf.bits()) Keep(*block, crossing, triangles);
+      bool is_taken = false;
+      if (HWY_UNLIKELY(!Take(leaf, crossing, part, is_taken))) return WalkStep::kLeave;
+      if (is_taken) Keep(*block, crossing, triangles);
     }
     return WalkStep::kNext;
   }
@@ -83,14 +84,14 @@ class LoneTracer {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
       const MeshTable::Name name =
           NameOfLane(scene_.meshes, partition_.order, block, part * kPartLanes + lane);
-      const Geometry& geometry = scene_.meshes.shapes()[name.mesh];
-      if (kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter) return true;
+      if (FilterOf<kQuery>(scene_.meshes.shapes()[name.mesh])) return true;
     }
     return false;
   }
 
-  /// False if the ray has a hit that is as far away.
-  HWY_INLINE bool Take(ChildWord leaf, const FacetCrossing& crossing, size_t part) {
+  /// False if the ray has a hit that is as far away. Else `is_taken` says whether it has one of
+  /// these now.
+  HWY_INLINE bool Take(ChildWord leaf, const FacetCrossing& crossing, size_t part, bool& is_taken) {
     HWY_ALIGN float keys[kPartLanes];
     hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
     for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
@@ -102,6 +103,7 @@ class LoneTracer {
       SetHit(ray_, keys[lane],
              RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
              leaf.bits());
+      is_taken = true;
     }
     return true;
   }

@@ -527,6 +527,30 @@ TEST_P(KeptTraceTest, InstanceValues) {
   }
 }
 
+// Two hits of one leaf that are so close together that the depth test passes both, the nearer one
+// in the first vector of the leaf and the other in the second one, where vectors are short. The
+// first ray fills in the leaf.
+TEST_P(KeptTraceTest, OneRayKeepsTheNearerOfTwoVectorsOfALeaf) {
+  Mesh mesh;
+  const float near = 1, behind = 1 + 0x3p-23f;
+  mesh.Add({near, -1, -1}, {near, 2, -1}, {near, -1, 2});
+  for (int i = 0; i < 3; ++i) mesh.Add({5, 8, 8}, {5, 9, 8}, {5, 8, 9});
+  mesh.Add({behind, -2, -3}, {behind, 4, -1}, {behind, -1, 5});
+  for (int i = 0; i < 3; ++i) mesh.Add({6, 8, 8}, {6, 9, 8}, {6, 8, 9});
+  const auto scene = MakeScene(mesh, WithBudget(uint64_t{1} << 20));
+  const FullRay before = unit::FullRayOf(unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  for (int round = 0; round < 3; ++round) {
+    FormedRays formed({before}, {1, false, false});
+    RayPacket packet;
+    packet.values = reinterpret_cast<void*>(formed.View().org_x);
+    scene->Trace(Query::kClosest, packet);
+    const FullRay after = formed.Rays()[0];
+    EXPECT_EQ(after.Get<uint32_t>(kPrimitiveId), 0u);
+    EXPECT_EQ(after.Get(kTfar), near);
+    EXPECT_EQ(std::abs(after.Get(kNgX)), 9) << "of the nearer triangle";
+  }
+}
+
 TEST_P(KeptTraceTest, PacketsOfWrongWidthsAreRefused) {
   const auto scene = MakeScene(Mesh(), WithBudget(kDefaultBudget));
   std::vector<float> values(kPacketComponents * 17);
