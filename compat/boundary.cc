@@ -34,9 +34,7 @@ void TranslateCurrentException(const Report& report) {
 
 }  // namespace
 
-void CheckPointer(const void* pointer, const char* name) {
-  if (!pointer) throw ApiError(RTC_ERROR_INVALID_ARGUMENT, name, " is null");
-}
+void RefuseNull(const char* name) { throw ApiError(RTC_ERROR_INVALID_ARGUMENT, name, " is null"); }
 
 void ReportCurrentException(const char* function, Device* device) {
   RTCError code;

@@ -38,8 +38,13 @@ class ApiError : public std::exception {
   std::string message_;
 };
 
+[[noreturn, gnu::cold]] void RefuseNull(const char* name);
+
 /// Throws RTC_ERROR_INVALID_ARGUMENT if `pointer`, the argument called `name`, is null.
-void CheckPointer(const void* pointer, const char* name);
+inline void CheckPointer(const void* pointer, const char* name) {
+  if (!pointer) [[unlikely]]
+    RefuseNull(name);
+}
 
 /// Reports the exception that is being handled as an error of `function`: to `device`, or for a
 /// null device into the calling thread's own slot. Allocates nothing: there may be no memory.

@@ -49,44 +49,48 @@ void Trace(const char* function, RTCScene hscene, RTCIntersectContext* context, 
   });
 }
 
-/// Answers `query` for a packet of `lanes` rays, or for a single one. These calls are many and
-/// short: nothing stands between them and the engine but what has to be checked.
-void TracePacket(const char* function, const int* valid, RTCScene hscene,
-                 RTCIntersectContext* context, void* values, const char* name, uint32_t lanes,
-                 Query query) {
+/// Answers `kQuery` for a packet of `kLanes` rays, or for a single one. These calls are many and
+/// short: nothing stands between them and the engine but what has to be checked, and all of it is
+/// in line.
+template <Query kQuery, uint32_t kLanes>
+[[gnu::always_inline]] inline void TracePacket(const char* function, const int* valid,
+                                               RTCScene hscene, RTCIntersectContext* context,
+                                               void* values, const char* name) {
   Scene* const scene = ToObject(hscene);
-  Guarded(function, scene ? scene->device().get() : nullptr, [&] {
+  try {
     CheckPointer(scene, "scene");
     const dacrt::Scene& committed = scene->Committed();
     CheckPointer(context, "context");
     CheckPointer(values, name);
-    if (lanes > 1) CheckPointer(valid, "valid");
-    committed.Trace(query,
-                    dacrt::RayPacket{values, lanes, valid, context->instID[0],
+    if (kLanes > 1) CheckPointer(valid, "valid");
+    committed.Trace(kQuery,
+                    dacrt::RayPacket{values, kLanes, valid, context->instID[0],
                                      !scene->device()->ignore_masks()},
-                    {lanes, context});
-  });
+                    {kLanes, context});
+  } catch (...) {
+    ReportCurrentException(function, scene ? scene->device().get() : nullptr);
+  }
 }
 
 }  // namespace
 
 RTC_API void rtcIntersect1(RTCScene hscene, RTCIntersectContext* context, RTCRayHit* rayhit) {
-  TracePacket(__func__, nullptr, hscene, context, rayhit, "rayhit", 1, Query::kClosest);
+  TracePacket<Query::kClosest, 1>(__func__, nullptr, hscene, context, rayhit, "rayhit");
 }
 
 RTC_API void rtcIntersect4(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                            RTCRayHit4* rayhit) {
-  TracePacket(__func__, valid, hscene, context, rayhit, "rayhit", 4, Query::kClosest);
+  TracePacket<Query::kClosest, 4>(__func__, valid, hscene, context, rayhit, "rayhit");
 }
 
 RTC_API void rtcIntersect8(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                            RTCRayHit8* rayhit) {
-  TracePacket(__func__, valid, hscene, context, rayhit, "rayhit", 8, Query::kClosest);
+  TracePacket<Query::kClosest, 8>(__func__, valid, hscene, context, rayhit, "rayhit");
 }
 
 RTC_API void rtcIntersect16(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                             RTCRayHit16* rayhit) {
-  TracePacket(__func__, valid, hscene, context, rayhit, "rayhit", 16, Query::kClosest);
+  TracePacket<Query::kClosest, 16>(__func__, valid, hscene, context, rayhit, "rayhit");
 }
 
 RTC_API void rtcIntersect1M(RTCScene hscene, RTCIntersectContext* context, RTCRayHit* rayhit,
@@ -114,22 +118,22 @@ RTC_API void rtcIntersectNp(RTCScene hscene, RTCIntersectContext* context,
 }
 
 RTC_API void rtcOccluded1(RTCScene hscene, RTCIntersectContext* context, RTCRay* ray) {
-  TracePacket(__func__, nullptr, hscene, context, ray, "ray", 1, Query::kAny);
+  TracePacket<Query::kAny, 1>(__func__, nullptr, hscene, context, ray, "ray");
 }
 
 RTC_API void rtcOccluded4(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                           RTCRay4* ray) {
-  TracePacket(__func__, valid, hscene, context, ray, "ray", 4, Query::kAny);
+  TracePacket<Query::kAny, 4>(__func__, valid, hscene, context, ray, "ray");
 }
 
 RTC_API void rtcOccluded8(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                           RTCRay8* ray) {
-  TracePacket(__func__, valid, hscene, context, ray, "ray", 8, Query::kAny);
+  TracePacket<Query::kAny, 8>(__func__, valid, hscene, context, ray, "ray");
 }
 
 RTC_API void rtcOccluded16(const int* valid, RTCScene hscene, RTCIntersectContext* context,
                            RTCRay16* ray) {
-  TracePacket(__func__, valid, hscene, context, ray, "ray", 16, Query::kAny);
+  TracePacket<Query::kAny, 16>(__func__, valid, hscene, context, ray, "ray");
 }
 
 RTC_API void rtcOccluded1M(RTCScene hscene, RTCIntersectContext* context, RTCRay* ray,

@@ -246,7 +246,7 @@ void Scene::SetBuildQuality(RTCBuildQuality quality) {
 
 const dacrt::Scene& Scene::CommittedAsItStands() const {
   if (visible_revision_ > committed_revision_) {
-    throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
+    RefuseUncommitted();
   }
   return Committed();
 }
@@ -272,9 +272,8 @@ bool Scene::HasInstances() const {
   return snapshot_ && snapshot_->has_instances();
 }
 
-const dacrt::Scene& Scene::Committed() const {
-  if (!snapshot_) throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
-  return snapshot_->scene();
+void Scene::RefuseUncommitted() {
+  throw ApiError(RTC_ERROR_INVALID_OPERATION, "the scene is not committed");
 }
 
 }  // namespace dacrt::compat

@@ -57,7 +57,11 @@ class Scene : public std::enable_shared_from_this<Scene> {
   RTCLinearBounds LinearBounds() const;
 
   /// What the last commit made. Throws RTC_ERROR_INVALID_OPERATION if there was none.
-  const dacrt::Scene& Committed() const;
+  const dacrt::Scene& Committed() const {
+    if (!snapshot_) [[unlikely]]
+      RefuseUncommitted();
+    return snapshot_->scene();
+  }
 
   /// The same as several ranks have it; null where the device works alone.
   mpi::GroupScene* CommittedTogether() const { return snapshot_ ? snapshot_->shared() : nullptr; }
@@ -123,6 +127,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   void CheckIsNoCycle(const Geometry& geometry) const;
   void CheckGeometriesCommitted() const;
   void CheckGeometriesComplete() const;
+  [[noreturn]] static void RefuseUncommitted();
   /// Throws RTC_ERROR_INVALID_OPERATION as Bounds does.
   const dacrt::Scene& CommittedAsItStands() const;
   bool NeedsCommit() const;

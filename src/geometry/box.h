@@ -25,6 +25,11 @@ struct alignas(16) Box {
 
   bool IsEmpty() const { return !(lower[0] <= upper[0]); }
 
+  /// Not above 0 if empty.
+  float LongestSide() const {
+    return std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]});
+  }
+
   /// Half of the surface, which is all that ratios of surfaces need. 0 if empty.
   float HalfArea() const {
     if (IsEmpty()) return 0;

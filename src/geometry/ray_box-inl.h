@@ -96,7 +96,8 @@ HWY_INLINE Vec WidenDown(Vec x) {
 
 template <class Vec>
 HWY_INLINE Vec WidenUp(Vec x) {
-  return hn::Neg(WidenDown(hn::Neg(x)));
+  const Vec relative = hn::Add(x, hn::Mul(hn::Abs(x), SetLike(x, kBoxWidening)));
+  return hn::Add(relative, SetLike(x, kBoxWideningAbsolute));
 }
 
 HWY_INLINE WideBox Widen(const float* lower, const float* upper) {
@@ -137,19 +138,34 @@ HWY_INLINE IntervalOf<Vec> IntersectPlanes(const Vec* near, const Vec* far, cons
           hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
 }
 
+/// The slab test axis by axis.
 template <class Vec>
-HWY_INLINE IntervalOf<Vec> IntersectBox(const WideBoxOf<Vec>& box, const Vec* origin,
-                                        const Vec* reciprocal) {
+struct SlabsOf {
   Vec entry, exit;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec t0 = hn::Mul(hn::Sub(box.lower[axis], origin[axis]), reciprocal[axis]);
-    const Vec t1 = hn::Mul(hn::Sub(box.upper[axis], origin[axis]), reciprocal[axis]);
+
+  /// The slab of an axis, of which 0 comes first.
+  HWY_INLINE void Cut(int axis, Vec lower, Vec upper, Vec origin, Vec reciprocal) {
+    const Vec t0 = hn::Mul(hn::Sub(lower, origin), reciprocal);
+    const Vec t1 = hn::Mul(hn::Sub(upper, origin), reciprocal);
     const Vec near = hn::Min(t0, t1), far = hn::Max(t0, t1);
     entry = axis == 0 ? near : hn::Max(entry, near);
     exit = axis == 0 ? far : hn::Min(exit, far);
   }
-  return {hn::Mul(entry, SetLike(entry, 1.0f - kDistanceSlack)),
-          hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
+
+  HWY_INLINE IntervalOf<Vec> Interval() const {
+    return {hn::Mul(entry, SetLike(entry, 1.0f - kDistanceSlack)),
+            hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
+  }
+};
+
+template <class Vec>
+HWY_INLINE IntervalOf<Vec> IntersectBox(const WideBoxOf<Vec>& box, const Vec* origin,
+                                        const Vec* reciprocal) {
+  SlabsOf<Vec> slabs;
+  for (int axis = 0; axis < 3; ++axis) {
+    slabs.Cut(axis, box.lower[axis], box.upper[axis], origin[axis], reciprocal[axis]);
+  }
+  return slabs.Interval();
 }
 
 /// Rays that are in the box somewhere in [max(tnear, 0), tfar].

@@ -127,13 +127,23 @@ HWY_INLINE auto IsWithinLimit(const TestRaysOf<Vec>& rays, Vec t, Vec den) {
   return hn::Le(t, hn::Mul(den, rays.tfar));
 }
 
-/// Bounds of triangles given by a corner and edges would be rounded; these are of the corners.
+/// The triangles' own boxes on an axis. Bounds of triangles given by a corner and edges would be
+/// rounded; these are of the corners.
+template <class Vec>
+HWY_INLINE Vec OwnLower(Vec v0, Vec v1, Vec v2) {
+  return WidenDown(hn::Min(hn::Min(v0, v1), v2));
+}
+template <class Vec>
+HWY_INLINE Vec OwnUpper(Vec v0, Vec v1, Vec v2) {
+  return WidenUp(hn::Max(hn::Max(v0, v1), v2));
+}
+
 template <class Vec>
 HWY_INLINE WideBoxOf<Vec> OwnBox(const Vec* v0, const Vec* v1, const Vec* v2) {
   WideBoxOf<Vec> box;
   for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = WidenDown(hn::Min(hn::Min(v0[axis], v1[axis]), v2[axis]));
-    box.upper[axis] = WidenUp(hn::Max(hn::Max(v0[axis], v1[axis]), v2[axis]));
+    box.lower[axis] = OwnLower(v0[axis], v1[axis], v2[axis]);
+    box.upper[axis] = OwnUpper(v0[axis], v1[axis], v2[axis]);
   }
   return box;
 }

@@ -16,79 +16,104 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Corners 0, 1 and 2 of some triangles, a lane each.
+/// Corners 0, 1 and 2 of some triangles, a lane each, on one axis.
+struct CornersOnAxis {
+  EightPart v0, v1, v2;
+};
+
+/// The same on all axes.
 struct CornerLanes {
   EightPart v0[3], v1[3], v2[3];
+
+  HWY_INLINE void Set(int axis, const CornersOnAxis& corners) {
+    v0[axis] = corners.v0;
+    v1[axis] = corners.v1;
+    v2[axis] = corners.v2;
+  }
+  HWY_INLINE CornersOnAxis OnAxis(int axis) const { return {v0[axis], v1[axis], v2[axis]}; }
+  HWY_INLINE TestTrianglesOf<EightPart> Triangles() const { return TrianglesOf(v0, v1, v2); }
 };
 
-/// Some triangles of a leaf with what the tests want; `v1` and `v2` for the robust one, and for the
-/// triangles' own boxes.
-struct LeafTriangles {
-  TestTrianglesOf<EightPart> test;
-  EightPart v1[3], v2[3];
-
-  HWY_INLINE explicit LeafTriangles(const CornerLanes& corners)
-      : test(TrianglesOf(corners.v0, corners.v1, corners.v2)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      v1[axis] = corners.v1[axis];
-      v2[axis] = corners.v2[axis];
-    }
-  }
+/// How the corners of a block are found.
+enum class CornerLayout {
+  kByLane,  ///< each has a place of its own
+  kFew,     ///< by indices into at most 16 vertices, which two vectors hold
+  kMany,    ///< by indices
 };
 
-#if HWY_TARGET <= HWY_AVX2
-/// Values of a table in memory, of up to 3 * kLeafLanes, picked by lanes of `indices`. Reads two
-/// whole vectors from the table, or three where it is longer.
-HWY_INLINE EightPart PickLanes(const float* table, hn::Vec<hn::RebindToSigned<EightTag>> indices,
-                               size_t size) {
-  const hn::RebindToSigned<EightTag> di;
-  const EightPart low = hn::LoadU(kEightTag, table), high = hn::LoadU(kEightTag, table + 8);
-#if HWY_TARGET <= HWY_AVX3
-  EightPart picked{_mm256_permutex2var_ps(low.raw, indices.raw, high.raw)};
-#else
-  const auto lane = hn::IndicesFromVec(kEightTag, hn::And(indices, hn::Set(di, 7)));
-  EightPart picked =
-      hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 7))),
-                     hn::TableLookupLanes(high, lane), hn::TableLookupLanes(low, lane));
-#endif
-  if (HWY_UNLIKELY(size > 16)) {
-    const auto rest = hn::IndicesFromVec(kEightTag, hn::And(indices, hn::Set(di, 7)));
-    const EightPart last = hn::TableLookupLanes(hn::LoadU(kEightTag, table + 16), rest);
-    picked =
-        hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(indices, hn::Set(di, 15))), last, picked);
-  }
-  return picked;
+HWY_INLINE CornerLayout LayoutOf(const LeafBlock& block) {
+  if (block.vertices <= 16) return CornerLayout::kFew;
+  return block.vertices == LeafBlock::kByLane ? CornerLayout::kByLane : CornerLayout::kMany;
 }
-#endif
 
 /// The corners of a part of a block's triangles, of moving ones at a time step. Lanes without one
 /// hold a triangle of no area.
-HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part, size_t step = 0) {
-  CornerLanes lanes;
-  EightPart* const corners[3] = {lanes.v0, lanes.v1, lanes.v2};
-  const size_t count = block.vertices;
-  const float* const vertices = block.vertex_data() + 3 * step * count;
+template <CornerLayout kLayout>
+struct LeafCorners {
+  const LeafBlock& block;
+  size_t part;
+  size_t step = 0;
+
+  /// The same, to be read anew: otherwise the compiler keeps what it has read, for which there are
+  /// not the registers.
+  HWY_INLINE LeafCorners Again() const {
+    const LeafBlock* same = &block;
+    asm("" : "+r"(same));
+    return {*same, part, step};
+  }
+
+  HWY_INLINE CornersOnAxis OnAxis(int axis) const {
+    const size_t count =
+        kLayout == CornerLayout::kByLane ? size_t{LeafBlock::kByLane} : block.vertices;
+    const float* const vertices =
+        block.vertex_data() + (3 * step + static_cast<size_t>(axis)) * count;
+    return {Corner(0, vertices), Corner(1, vertices), Corner(2, vertices)};
+  }
+
+  HWY_INLINE CornerLanes All() const {
+    CornerLanes corners;
+    for (int axis = 0; axis < 3; ++axis) corners.Set(axis, OnAxis(axis));
+    return corners;
+  }
+
+ private:
+  /// `vertices` are the values of an axis.
+  HWY_INLINE EightPart Corner(size_t corner, const float* vertices) const {
+    const size_t first = corner * kLeafLanes + part * kPartLanes;
+    if constexpr (kLayout == CornerLayout::kByLane) return hn::LoadU(kEightTag, vertices + first);
+    const uint8_t* const indices = block.indices() + first;
 #if HWY_TARGET <= HWY_AVX2
-  (void)part;
-  const hn::RebindToSigned<EightTag> di;
-  const hn::Rebind<uint8_t, EightTag> d8;
-  for (size_t corner = 0; corner < 3; ++corner) {
-    const auto indices = hn::PromoteTo(di, hn::LoadU(d8, block.indices() + corner * kLeafLanes));
-    for (size_t axis = 0; axis < 3; ++axis) {
-      corners[corner][axis] = PickLanes(vertices + axis * count, indices, count);
+    const hn::RebindToSigned<EightTag> di;
+    const auto lanes = hn::PromoteTo(di, hn::LoadU(hn::Rebind<uint8_t, EightTag>(), indices));
+    if constexpr (kLayout == CornerLayout::kMany) {
+      return hn::GatherIndex(kEightTag, vertices, lanes);
     }
-  }
+    const EightPart low = hn::LoadU(kEightTag, vertices), high = hn::LoadU(kEightTag, vertices + 8);
+#if HWY_TARGET <= HWY_AVX3
+    return EightPart{_mm256_permutex2var_ps(low.raw, lanes.raw, high.raw)};
 #else
-  HWY_ALIGN float values[kPartLanes];
-  for (size_t corner = 0; corner < 3; ++corner) {
-    const uint8_t* const indices = block.indices() + corner * kLeafLanes + part * kPartLanes;
-    for (size_t axis = 0; axis < 3; ++axis) {
-      for (size_t i = 0; i < kPartLanes; ++i) values[i] = vertices[axis * count + indices[i]];
-      corners[corner][axis] = hn::Load(kEightTag, values);
-    }
-  }
+    const auto lane = hn::IndicesFromVec(kEightTag, hn::And(lanes, hn::Set(di, 7)));
+    return hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(lanes, hn::Set(di, 7))),
+                          hn::TableLookupLanes(high, lane), hn::TableLookupLanes(low, lane));
 #endif
-  return lanes;
+#else
+    HWY_ALIGN float values[kPartLanes];
+    for (size_t i = 0; i < kPartLanes; ++i) values[i] = vertices[indices[i]];
+    return hn::Load(kEightTag, values);
+#endif
+  }
+};
+
+/// The corners of a block as it is.
+HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part, size_t step = 0) {
+  switch (LayoutOf(block)) {
+    case CornerLayout::kByLane:
+      return LeafCorners<CornerLayout::kByLane>{block, part, step}.All();
+    case CornerLayout::kFew:
+      return LeafCorners<CornerLayout::kFew>{block, part, step}.All();
+    default:
+      return LeafCorners<CornerLayout::kMany>{block, part, step}.All();
+  }
 }
 
 /// Between two time steps, as Embree does it.
@@ -117,47 +142,69 @@ struct FacetCrossing {
   EightPart divisor;
 };
 
+/// A ray in all lanes.
+struct SpreadRay {
+  const RayRecord& ray;
+
+  HWY_INLINE EightPart org(int axis) const { return hn::Set(kEightTag, ray.org[axis]); }
+  HWY_INLINE EightPart dir(int axis) const { return hn::Set(kEightTag, ray.dir[axis]); }
+  HWY_INLINE EightPart reciprocal(int axis) const {
+    return hn::Set(kEightTag, ray.reciprocal[axis]);
+  }
+  HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, ray.tnear); }
+  HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, ray.tfar); }
+};
+
 /// Lanes of those that meet whose triangle's own box the ray enters; `entry` is where.
-HWY_INLINE uint64_t EnterOwnBoxes(const RayRecord& ray, const TestRaysOf<EightPart>& rays,
-                                  const LeafTriangles& triangles, hn::Mask<EightTag> meet,
+template <class Ray, class Corners>
+HWY_INLINE uint64_t EnterOwnBoxes(const Ray& ray, const TestRaysOf<EightPart>& rays,
+                                  const Corners& corners, hn::Mask<EightTag> meet,
                                   EightPart& entry) {
-  EightPart reciprocal[3];
-  for (int axis = 0; axis < 3; ++axis) reciprocal[axis] = hn::Set(kEightTag, ray.reciprocal[axis]);
-  const auto interval =
-      IntersectBox(OwnBox(triangles.test.v0, triangles.v1, triangles.v2), rays.org, reciprocal);
+  // Axis by axis, for want of registers.
+  SlabsOf<EightPart> slabs;
+  for (int axis = 0; axis < 3; ++axis) {
+    const CornersOnAxis on = corners.OnAxis(axis);
+    slabs.Cut(axis, OwnLower(on.v0, on.v1, on.v2), OwnUpper(on.v0, on.v1, on.v2), rays.org[axis],
+              ray.reciprocal(axis));
+  }
+  const auto interval = slabs.Interval();
   entry = interval.entry;
   return Bits(kEightTag, hn::And(meet, Enters(interval, rays.tnear, rays.tfar)));
 }
 
-template <bool kRobust>
-HWY_INLINE FacetCrossing CrossFacets(const RayRecord& ray, const LeafTriangles& triangles) {
+/// `ray` is as SpreadRay, `corners` are those of the triangles; see LeafCorners::Again.
+template <bool kRobust, class Ray, class Corners>
+HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<EightPart>& triangles,
+                                     const Corners& corners) {
   TestRaysOf<EightPart> rays;
   for (int axis = 0; axis < 3; ++axis) {
-    rays.org[axis] = hn::Set(kEightTag, ray.org[axis]);
-    rays.dir[axis] = hn::Set(kEightTag, ray.dir[axis]);
+    rays.org[axis] = ray.org(axis);
+    rays.dir[axis] = ray.dir(axis);
   }
-  rays.tnear = hn::Set(kEightTag, ray.tnear);
-  rays.tfar = hn::Set(kEightTag, ray.tfar);
+  rays.tnear = ray.tnear();
+  rays.tfar = ray.tfar();
   FacetCrossing crossing;
   if constexpr (kRobust) {
-    const auto terms = TestRobustly(rays, triangles.test, triangles.v1, triangles.v2);
+    CornerLanes all;
+    for (int axis = 0; axis < 3; ++axis) all.Set(axis, corners.OnAxis(axis));
+    const auto terms = TestRobustly(rays, triangles, all.v1, all.v2);
     auto meet = terms.meet;
     if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return crossing;
-    crossing.t = hn::Div(Dot(triangles.test.ng, terms.v0), terms.den);
+    crossing.t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
     meet = hn::And(meet, MeetsAtDistance(rays, crossing.t));
     if (hn::AllFalse(kEightTag, meet)) return crossing;
-    crossing.lanes = EnterOwnBoxes(ray, rays, triangles, meet, crossing.entry);
+    crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
     crossing.within_limit = crossing.lanes;
     crossing.u = terms.u;
     crossing.v = terms.v;
     crossing.divisor = terms.sum;
   } else {
     // Both before one branch, which is hard enough to foresee.
-    const auto terms = EdgeTerms(rays.org, rays.dir, triangles.test);
-    const EightPart t = DepthTerm(triangles.test, terms);
+    const auto terms = EdgeTerms(rays.org, rays.dir, triangles);
+    const EightPart t = DepthTerm(triangles, terms);
     const auto meet = hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den));
     if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return crossing;
-    crossing.lanes = EnterOwnBoxes(ray, rays, triangles, meet, crossing.entry);
+    crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
     crossing.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
     crossing.t = hn::Div(t, terms.den);
     crossing.u = terms.u;

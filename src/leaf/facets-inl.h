@@ -76,9 +76,13 @@ class FacetTest {
 
   /// One ray against facets that do not move, where hits are kept by leaf and lane.
   HWY_INLINE void TestOne(RayNumber number) const {
-    for (size_t part = 0; part < kParts; ++part) {
-      if (part * kPartLanes >= block_.lanes) return;
-      TestRay<true>(number, LeafTriangles(DecodeCorners(block_, part)), part, nullptr);
+    switch (LayoutOf(block_)) {
+      case CornerLayout::kFew:
+        return TestOne<CornerLayout::kFew>(number);
+      case CornerLayout::kByLane:
+        return TestOne<CornerLayout::kByLane>(number);
+      default:
+        return TestOne<CornerLayout::kMany>(number);
     }
   }
 
@@ -125,14 +129,24 @@ class FacetTest {
  private:
   static constexpr size_t kAhead = 4;
 
+  template <CornerLayout kLayout>
+  HWY_INLINE void TestOne(RayNumber number) const {
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const LeafCorners<kLayout> corners{block_, part};
+      TestRay<true>(number, corners.All().Triangles(), corners.Again(), part, nullptr);
+    }
+  }
+
   template <bool kInLeaf>
   HWY_INLINE void TestStill(const RayNumber* list, size_t count) const {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
-      const LeafTriangles triangles(DecodeCorners(block_, part));
+      const CornerLanes corners = DecodeCorners(block_, part);
+      const auto triangles = corners.Triangles();
       for (size_t i = 0; i < count; ++i) {
         hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
-        TestRay<kInLeaf>(list[i], triangles, part, nullptr);
+        TestRay<kInLeaf>(list[i], triangles, corners, part, nullptr);
       }
     }
   }
@@ -143,7 +157,8 @@ class FacetTest {
       const float time = task_.rays[list[i]].time;
       if (i == 0 || time != facets.time) facets.Gather(task_, block_, time);
       for (size_t part = 0; part < kParts; ++part) {
-        TestRay<false>(list[i], LeafTriangles(facets.Corners(part)), part, &facets);
+        const CornerLanes corners = facets.Corners(part);
+        TestRay<false>(list[i], corners.Triangles(), corners, part, &facets);
       }
     }
   }
@@ -158,20 +173,20 @@ class FacetTest {
         const std::optional<Moment> moment =
             shapes.MomentAt(block_.geometry, task_.rays[list[i]].time);
         if (!moment) continue;
-        const LeafTriangles triangles(Interpolate(begin, end, moment->fraction));
-        TestRay<false>(list[i], triangles, part, nullptr);
+        const CornerLanes corners = Interpolate(begin, end, moment->fraction);
+        TestRay<false>(list[i], corners.Triangles(), corners, part, nullptr);
       }
     }
   }
 
   /// With kInLeaf, hits are kept by leaf and lane, unless a filter function may change them: not
   /// where what is hit depends on the time.
-  template <bool kInLeaf>
-  HWY_INLINE void TestRay(RayNumber number, const LeafTriangles& triangles, size_t part,
-                          const TimedFacets* timed) const {
+  template <bool kInLeaf, class Corners>
+  HWY_INLINE void TestRay(RayNumber number, const TestTrianglesOf<EightPart>& triangles,
+                          const Corners& corners, size_t part, const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
     if (kQuery == Query::kAny && ray.tfar < 0) return;
-    const FacetCrossing crossing = CrossFacets<kRobust>(ray, triangles);
+    const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
     if (!kInLeaf || HWY_UNLIKELY(task_.scene.meshes.shapes().has_filters())) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
@@ -209,7 +224,7 @@ class FacetTest {
 
   template <bool kInLeaf>
   HWY_NOINLINE void TakeLanes(RayNumber number, const FacetCrossing& crossing,
-                              const LeafTriangles& triangles, size_t part,
+                              const TestTrianglesOf<EightPart>& triangles, size_t part,
                               const TimedFacets* timed) const {
     HWY_ALIGN float key[kPartLanes], t[kPartLanes], u[kPartLanes], v[kPartLanes];
     HWY_ALIGN float ng[3][kPartLanes];
@@ -218,7 +233,7 @@ class FacetTest {
     hn::Store(crossing.t, kEightTag, t);
     hn::Store(hn::Min(hn::Div(crossing.u, crossing.divisor), one), kEightTag, u);
     hn::Store(hn::Min(hn::Div(crossing.v, crossing.divisor), one), kEightTag, v);
-    for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.test.ng[axis], kEightTag, ng[axis]);
+    for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng[axis]);
     // Near ones first, because a filter function may end the ray, and counts what it sees.
     for (uint64_t lanes = crossing.lanes; lanes != 0;) {
       size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);

@@ -71,7 +71,8 @@ class InstanceRays {
                          task_.scene.meshes[mesh_].geometry_id,
                          inner_.callers,
                          &task_,
-                         outer_};
+                         outer_,
+                         task_.any_hit_order};
     TraceRays<kQuery>(task, count_, memory_);
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {

@@ -34,12 +34,15 @@ enum class LeafKind : uint8_t {
 
 struct alignas(4) LeafBlock {
   static constexpr uint32_t kSeveral = UINT32_MAX;
+  /// As many vertices as lanes have corners: a place for each, all lanes of corner 0 first, from
+  /// which whole vectors are loaded. Lanes without a facet have one of no area.
+  static constexpr uint8_t kByLane = 3 * kLeafLanes;
 
   LeafKind kind : 4;
   uint8_t is_last : 1;   ///< of its leaf
   uint8_t is_timed : 1;  ///< moves: asked for by name at each ray's time
   uint8_t lanes;         ///< of facets the triangles, of which a quad has two; else the items
-  uint8_t vertices;      ///< of facets, distinct ones; up to 3 * kLeafLanes
+  uint8_t vertices;      ///< of facets: the distinct ones, or kByLane
   uint8_t second;        ///< a bit a lane: the second triangle of a quad
   uint32_t first;        ///< place in the order of the leaf's first item
   uint32_t items;        ///< of each lane, four bits a lane: its item's place behind the first one

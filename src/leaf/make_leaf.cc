@@ -44,17 +44,24 @@ BlockKind KindOf(const MeshTable& meshes, uint32_t geometry) {
 /// told apart by their bits.
 class VertexSet {
  public:
-  explicit VertexSet(SharedVertices shared) : shared_(shared) {}
+  explicit VertexSet(SharedVertices shared)
+      : shared_(shared), count_(shared == SharedVertices::kRepeat ? LeafBlock::kByLane : 0) {}
 
-  uint8_t Add(const float* begin, const float* end) {
+  /// Corner `corner` of the facet in a lane. Returns its place.
+  uint8_t Add(std::size_t corner, std::size_t lane, const float* begin, const float* end) {
     float values[6] = {begin[0], begin[1], begin[2], end[0], end[1], end[2]};
+    if (shared_ == SharedVertices::kRepeat) {
+      const std::size_t place = corner * kLeafLanes + lane;
+      std::memcpy(vertices_[place], values, sizeof(values));
+      return static_cast<uint8_t>(place);
+    }
     uint32_t bits[6];
     std::memcpy(bits, values, sizeof(bits));
     const uint64_t key = (uint64_t{bits[0]} << 32 | bits[1]) ^ std::rotl(uint64_t{bits[2]}, 17);
-    for (uint8_t i = 0; shared_ == SharedVertices::kFind && i < count_; ++i) {
+    for (uint8_t i = 0; i < count_; ++i) {
       if (keys_[i] == key && std::memcmp(vertices_[i], values, sizeof(values)) == 0) return i;
     }
-    DACRT_ASSERT(count_ < 3 * kLeafLanes);
+    DACRT_ASSERT(count_ < LeafBlock::kByLane);
     keys_[count_] = key;
     std::memcpy(vertices_[count_], values, sizeof(values));
     return count_++;
@@ -69,10 +76,10 @@ class VertexSet {
   }
 
  private:
-  uint64_t keys_[3 * kLeafLanes];
-  float vertices_[3 * kLeafLanes][6];
-  uint8_t count_ = 0;
   const SharedVertices shared_;
+  uint8_t count_;
+  uint64_t keys_[LeafBlock::kByLane];
+  float vertices_[LeafBlock::kByLane][6] = {};
 };
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
@@ -89,6 +96,7 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
   VertexSet vertices(shared);
   uint8_t indices[3][kLeafLanes] = {};
   std::size_t lane = 0;
+  block.items = block.second = 0;
   for (std::size_t i = 0; i < items.count; ++i) {
     const MeshTable::Name name = items.names[i];
     // One whose indices are no longer legal has no area, and nothing hits it.
@@ -101,7 +109,8 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
     const auto place = [&](int v0, int v1, int v2) {
       const int corners[3] = {v0, v1, v2};
       for (int k = 0; k < 3; ++k) {
-        indices[k][lane] = vertices.Add(facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
+        indices[k][lane] = vertices.Add(static_cast<std::size_t>(k), lane,
+                                        facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
       }
       block.items |= items.places[i] << (4 * lane++);
     };
@@ -114,6 +123,9 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
     place(2, 3, 1);
   }
   DACRT_ASSERT(lane <= kLeafLanes);
+  if (shared == SharedVertices::kFind && vertices.count() == LeafBlock::kByLane) {
+    return WriteFacets(meshes, items, SharedVertices::kRepeat, block);
+  }
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
   std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
@@ -164,9 +176,13 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
   block.geometry = names[0].mesh;
   block.lanes = static_cast<uint8_t>(count);
   uint8_t indices[3][kLeafLanes] = {};
-  float vertices[3 * kLeafLanes][3];
-  uint32_t keys[3 * kLeafLanes];
+  float vertices[LeafBlock::kByLane][3];
+  uint32_t keys[LeafBlock::kByLane];
   uint32_t distinct = 0;
+  if (shared == SharedVertices::kRepeat) {
+    std::memset(vertices, 0, sizeof(vertices));
+    distinct = LeafBlock::kByLane;
+  }
   for (std::size_t lane = 0; lane < count; ++lane) {
     if (names[lane].mesh != block.geometry) block.geometry = LeafBlock::kSeveral;
     block.items |= static_cast<uint32_t>(lane) << (4 * lane);
@@ -175,11 +191,17 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
     if (!meshes.ReadCorners(names[lane].mesh, names[lane].primitive, corners)) corners = {};
     for (std::size_t k = 0; k < 3; ++k) {
       const float* const corner = corners.v[k];
+      if (shared == SharedVertices::kRepeat) {
+        const std::size_t place = k * kLeafLanes + lane;
+        std::memcpy(vertices[place], corner, sizeof(vertices[place]));
+        indices[k][lane] = static_cast<uint8_t>(place);
+        continue;
+      }
       uint32_t bits[3];
       std::memcpy(bits, corner, sizeof(bits));
       const uint32_t key = bits[0] ^ std::rotl(bits[1], 11) ^ std::rotl(bits[2], 22);
       // Triangles share corners with those right before them.
-      uint32_t place = shared == SharedVertices::kFind ? distinct : 0;
+      uint32_t place = distinct;
       while (place > 0 && (keys[place - 1] != key ||
                            std::memcmp(vertices[place - 1], corner, sizeof(bits)) != 0)) {
         --place;
@@ -191,6 +213,9 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
       }
       indices[k][lane] = static_cast<uint8_t>(place - 1);
     }
+  }
+  if (shared == SharedVertices::kFind && distinct == LeafBlock::kByLane) {
+    return WriteTriangles(meshes, names, count, first, SharedVertices::kRepeat, block);
   }
   block.vertices = static_cast<uint8_t>(distinct);
   std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
@@ -266,6 +291,12 @@ MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first
     return {block.Bytes(), count, is_last};
   }
   std::size_t bytes = 0;
+  // Blocks with a place for each corner are large: there is room for one.
+  const BlockKind first_kind = KindOf(meshes, names[0].mesh);
+  const bool is_one_block = std::all_of(names, names + count, [&](const MeshTable::Name& name) {
+    return KindOf(meshes, name.mesh) == first_kind;
+  });
+  if (!is_one_block) shared = SharedVertices::kFind;
   for (uint32_t left = (1u << count) - 1; left != 0;) {
     const BlockKind kind = KindOf(meshes, names[std::countr_zero(left)].mesh);
     BlockItems items;

@@ -59,11 +59,11 @@ HWY_INLINE bool FinishRecord(RayRecord& ray) {
 /// Loads a ray from a record in the order of PacketComponent, and sets what is derived from it. An
 /// inactive ray gets a negative tfar.
 HWY_INLINE bool LoadRecord(const float* record, bool has_mask, RayRecord& ray) {
+#if HWY_TARGET != HWY_SCALAR
   using enum PacketComponent;
   const auto value = [&](PacketComponent component) {
     return record[static_cast<size_t>(component)];
   };
-#if HWY_TARGET != HWY_SCALAR
   // By vectors: what is stored in parts cannot be loaded as a whole soon after.
   static_assert(kCornerParts == 1);
   const auto org = hn::LoadU(kCornerTag, record);

@@ -39,9 +39,11 @@ class RecordLayout {
   /// Whether rays are records in the order of PacketComponent.
   bool has_records() const { return has_records_; }
   /// The record of a ray, then.
-  const float* Record(std::size_t i) const {
-    return reinterpret_cast<const float*>(view_.Address(view_.org_x, i));
+  float* Record(std::size_t i) const {
+    return reinterpret_cast<float*>(view_.Address(view_.org_x, i));
   }
+  /// Whether their hits stand there too.
+  bool has_hit_records() const { return has_hit_records_; }
   bool has_masks() const { return view_.mask != RayView::kAbsent; }
 
   /// A bit for each axis on which the direction is negative.
@@ -114,7 +116,7 @@ class RecordLayout {
 
   HWY_INLINE void WriteHit(std::size_t i, const FullHit& hit) const {
     if (has_hit_records_) {
-      return WriteRecord(hit, reinterpret_cast<float*>(view_.Address(view_.org_x, i)));
+      return WriteRecord(hit, Record(i));
     }
     WriteComponents(i, hit);
   }

@@ -59,10 +59,14 @@ void TakeSeconds(const StepClock& clock, Statistics& statistics) {
 
 constexpr uint32_t kMostPacketLanes = 16;
 
-void CheckLanes(const char* name, uint32_t lanes) {
-  if (lanes >= 1 && lanes <= kMostPacketLanes) return;
+[[noreturn, gnu::cold]] void RefuseLanes(const char* name, uint32_t lanes) {
   throw Error(Error::Kind::kArgument, "Trace", name, std::to_string(lanes),
               "it takes 1 to " + std::to_string(kMostPacketLanes));
+}
+
+inline void CheckLanes(const char* name, uint32_t lanes) {
+  if (lanes - 1 >= kMostPacketLanes) [[unlikely]]
+    RefuseLanes(name, lanes);
 }
 
 [[noreturn]] void RefuseDevice() {
@@ -187,9 +191,13 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   }
 
   void Trace(Query query, const RayPacket& packet, const CallOptions& options) const {
-    if (parts.kept) {
-      return Engine().kernels.trace.packet(query, parts, packet, options, Engine().workspaces);
-    }
+    if (!parts.kept) [[unlikely]]
+      return TraceUnkept(query, packet, options);
+    Engine().kernels.trace.packet(query, parts, packet, options, Engine().workspaces);
+  }
+
+  [[gnu::noinline]] void TraceUnkept(Query query, const RayPacket& packet,
+                                     const CallOptions& options) const {
     // Lanes that take no part are inactive rays.
     RayView view = ViewOf(packet);
     const void* lanes[kMostPacketLanes];

@@ -5,6 +5,7 @@
 
 #include "leaf/leaf_block.h"
 #include "leaf/make_leaf.h"
+#include "trace/policy.h"
 
 namespace dacrt {
 namespace {
@@ -22,10 +23,15 @@ void Renew(KeptPartition& kept, WideNode& node, std::size_t i) {
 
 void Copy(KeptPartition& kept, WideNode& node, std::size_t i) {
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
-  const MadeLeaf leaf = MakeLeaf(kept.meshes(), kept.triangles().data(), node.Child(i).range(),
-                                 kLeafLanes, SharedVertices::kFind, blocks);
+  MadeLeaf leaf;
   uint32_t place;
-  if (!leaf.is_whole || !kept.AllocateLeaf(leaf.bytes, place)) return;
+  const auto make = [&](SharedVertices shared) {
+    leaf = MakeLeaf(kept.meshes(), kept.triangles().data(), node.Child(i).range(), kLeafLanes,
+                    shared, blocks);
+    return leaf.is_whole && kept.AllocateLeaf(leaf.bytes, place);
+  };
+  const bool is_small = kept.triangle_count() <= policy::kSmallScene;
+  if (!(is_small && make(SharedVertices::kRepeat)) && !make(SharedVertices::kFind)) return;
   std::memcpy(kept.leaf(place), blocks, leaf.bytes);
   node.SetChild(i, ChildWord::Block(place));
 }

@@ -88,6 +88,35 @@ struct GroupHits {
             t[lane]};
   }
 
+  /// Writes them to the rays of a view that they come from, which are those from `first` on.
+  HWY_INLINE void Write(const RecordLayout& layout, size_t first) const {
+    uint32_t left = lanes;
+#if HWY_TARGET != HWY_SCALAR
+    if (HWY_LIKELY(layout.has_hit_records())) {
+      for (size_t lane = 0; left != 0; lane += 4, left >>= 4) {
+        if ((left & 15) == 0) continue;
+        const auto load = [&](const auto* values) HWY_ATTR {
+          return hn::Load(kCornerTag, reinterpret_cast<const float*>(values) + lane);
+        };
+        FourByFour begin{{load(ng[0]), load(ng[1]), load(ng[2]), load(u)}};
+        FourByFour end{{load(v), load(primitive_id), load(geometry_id), load(instance_id)}};
+        begin.Transpose();
+        end.Transpose();
+        for (size_t i = 0; i < 4; ++i) {
+          if (!(left >> i & 1)) continue;
+          float* const record = layout.Record(first + lane + i);
+          float* const hit = record + static_cast<size_t>(PacketComponent::kNgX);
+          record[static_cast<size_t>(PacketComponent::kTfar)] = t[lane + i];
+          hn::StoreU(begin.v[i], kCornerTag, hit);
+          hn::StoreU(end.v[i], kCornerTag, hit + 4);
+        }
+      }
+      return;
+    }
+#endif
+    ForEachLane(left, [&](size_t lane) { layout.WriteHit(first + lane, Get(lane)); });
+  }
+
   /// Writes them to the packet that the rays come from.
   HWY_INLINE void Write(const RayPacket& packet) const {
     using enum PacketComponent;

@@ -22,6 +22,24 @@ namespace HWY_NAMESPACE {
 constexpr size_t kGroupRays = 16;
 /// Vectors that hold a group.
 constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
+constexpr uint32_t kAllLanes = (uint32_t{1} << kGroupRays) - 1;
+
+#if HWY_TARGET != HWY_SCALAR
+/// Four vectors of four, from rows to columns.
+struct FourByFour {
+  hn::Vec<CornerTag> v[4];
+
+  HWY_INLINE void Transpose() {
+    const CornerTag d;
+    const auto xy01 = hn::InterleaveLower(d, v[0], v[1]), xy23 = hn::InterleaveLower(d, v[2], v[3]);
+    const auto zw01 = hn::InterleaveUpper(d, v[0], v[1]), zw23 = hn::InterleaveUpper(d, v[2], v[3]);
+    v[0] = hn::ConcatLowerLower(d, xy23, xy01);
+    v[1] = hn::ConcatUpperUpper(d, xy23, xy01);
+    v[2] = hn::ConcatLowerLower(d, zw23, zw01);
+    v[3] = hn::ConcatUpperUpper(d, zw23, zw01);
+  }
+};
+#endif
 
 /// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
 /// one.
@@ -96,7 +114,11 @@ struct GroupLanes {
   /// From rays of a view, from `first` on.
   HWY_INLINE uint32_t LoadView(const RecordLayout& layout, size_t first, size_t count) {
     if (HWY_LIKELY(layout.has_records())) {
-      for (size_t lane = 0; lane < count; ++lane) {
+      size_t lane = 0;
+#if HWY_TARGET != HWY_SCALAR
+      for (; lane + 4 <= count; lane += 4) LoadFourRecords(layout, first + lane, lane);
+#endif
+      for (; lane < count; ++lane) {
         LoadRecordLane(layout.Record(first + lane), layout.has_masks(), lane);
       }
     } else {
@@ -143,13 +165,22 @@ struct GroupLanes {
 
   /// The least and the largest of some lanes' values.
   HWY_INLINE void Bound(const float* values, uint32_t lanes, float& low, float& high) const {
-    const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)]);
-    V v_low = other, v_high = other;
-    for (size_t part = 0; part < kGroupParts; ++part) {
-      const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
-                                 hn::Load(kFloat, values + part * Lanes()), other);
-      v_low = hn::Min(v_low, v);
-      v_high = hn::Max(v_high, v);
+    V v_low = hn::Load(kFloat, values), v_high = v_low;
+    if (HWY_LIKELY(lanes == kAllLanes)) {
+      for (size_t part = 1; part < kGroupParts; ++part) {
+        const V v = hn::Load(kFloat, values + part * Lanes());
+        v_low = hn::Min(v_low, v);
+        v_high = hn::Max(v_high, v);
+      }
+    } else {
+      const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)]);
+      v_low = v_high = other;
+      for (size_t part = 0; part < kGroupParts; ++part) {
+        const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
+                                   hn::Load(kFloat, values + part * Lanes()), other);
+        v_low = hn::Min(v_low, v);
+        v_high = hn::Max(v_high, v);
+      }
     }
     low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
     high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
@@ -174,21 +205,38 @@ struct GroupLanes {
     return lanes & static_cast<uint32_t>(blocked);
   }
 
-  /// Whether some lanes' rays run close together in a scene of a certain extent.
-  HWY_INLINE bool AreNarrow(uint32_t lanes, float reach) const {
-    float spread = 0, length = 0, apart = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      float low, high;
-      Bound(dir[axis], lanes, low, high);
-      length = HWY_MAX(length, HWY_MAX(-low, high));
-      spread = HWY_MAX(spread, high - low);
-      Bound(org[axis], lanes, low, high);
-      apart = HWY_MAX(apart, high - low);
-    }
-    return spread <= policy::kGroupDirections * length && apart <= policy::kGroupOrigins * reach;
-  }
-
  private:
+#if HWY_TARGET != HWY_SCALAR
+  /// Records `first` to `first + 3`, into lanes from `lane` on.
+  HWY_INLINE void LoadFourRecords(const RecordLayout& layout, size_t first, size_t lane) {
+    using enum PacketComponent;
+    const float* records[4];
+    for (size_t i = 0; i < 4; ++i) records[i] = layout.Record(first + i);
+    const auto load = [&](PacketComponent component, float* x, float* y, float* z,
+                          float* w) HWY_ATTR {
+      FourByFour rows;
+      for (int i = 0; i < 4; ++i) {
+        rows.v[i] = hn::LoadU(kCornerTag, records[i] + static_cast<size_t>(component));
+      }
+      rows.Transpose();
+      hn::Store(rows.v[0], kCornerTag, x + lane);
+      hn::Store(rows.v[1], kCornerTag, y + lane);
+      hn::Store(rows.v[2], kCornerTag, z + lane);
+      hn::Store(rows.v[3], kCornerTag, w + lane);
+    };
+    load(kOrgX, org[0], org[1], org[2], tnear);
+    load(kDirX, dir[0], dir[1], dir[2], time);
+    // What stands behind the mask may not be the record's.
+    for (size_t i = 0; i < 4; ++i) {
+      tfar[lane + i] = records[i][static_cast<size_t>(kTfar)];
+      mask[lane + i] = UINT32_MAX;
+      if (layout.has_masks()) {
+        memcpy(&mask[lane + i], records[i] + static_cast<size_t>(kMask), sizeof(uint32_t));
+      }
+    }
+  }
+#endif
+
   HWY_INLINE void LoadRecordLane(const float* record, bool has_mask, size_t lane) {
     using enum PacketComponent;
     const auto read = [&](PacketComponent component) {
@@ -274,6 +322,9 @@ struct GroupInterval {
   EightPart least[3], most[3];                ///< of the reciprocals, signed
   EightPart start;
   bool is_tight = true;  ///< hardly wider than the rays
+  float apart = 0;       ///< how far the origins differ, on the axis on which they do most
+  float spread = 0;      ///< the same of the directions
+  float length = 0;      ///< of directions, the largest component
 
   /// Of the rays of some lanes.
   HWY_INLINE GroupInterval(const GroupLanes& group, uint32_t lanes, uint32_t octant) {
@@ -285,8 +336,12 @@ struct GroupInterval {
       bound(group.org[axis], low, high);
       org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
       org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
+      apart = HWY_MAX(apart, high - low);
       bound(group.reciprocal[axis], low, high);
-      is_tight &= HWY_MAX(-low, high) <= policy::kTightReciprocals * HWY_MAX(low, -high);
+      const float largest = HWY_MAX(-low, high), smallest = HWY_MAX(low, -high);
+      is_tight &= largest <= policy::kTightReciprocals * smallest;
+      length = HWY_MAX(length, 1 / smallest);
+      spread = HWY_MAX(spread, 1 / smallest - 1 / largest);
       least[axis] = hn::Set(kEightTag, low);
       most[axis] = hn::Set(kEightTag, high);
     }
@@ -294,26 +349,50 @@ struct GroupInterval {
     start = hn::Set(kEightTag, low);
   }
 
+  /// Whether the rays run close together in a scene of a certain extent.
+  HWY_INLINE bool IsNarrow(float reach) const {
+    return spread <= policy::kGroupDirections * length && apart <= policy::kGroupOrigins * reach;
+  }
+
   /// The children that a ray of the group may enter, a bit each; entry[i] is not above where any of
   /// them does.
   HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, float tfar, float* entry) const {
     uint32_t entered = 0;
     for (size_t part = 0; part < kParts; ++part) {
-      EightPart near = start, far = hn::Set(kEightTag, tfar);
-      for (int axis = 0; axis < 3; ++axis) {
-        const EightPart to_near = hn::Sub(planes.near[part][axis], org_for_near[axis]);
-        const EightPart to_far = hn::Sub(planes.far[part][axis], org_for_far[axis]);
-        near = hn::Max(near,
-                       hn::Mul(hn::Min(hn::Mul(to_near, least[axis]), hn::Mul(to_near, most[axis])),
-                               hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
-        far =
-            hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]), hn::Mul(to_far, most[axis])),
-                                 hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
-      }
-      entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far))) << (part * kPartLanes);
-      hn::Store(near, kEightTag, entry + part * kPartLanes);
+      EightPart first;
+      entered |= EnterPart(planes.near[part], planes.far[part], tfar, first) << (part * kPartLanes);
+      hn::Store(first, kEightTag, entry + part * kPartLanes);
     }
     return entered;
+  }
+
+  /// The same for boxes in the lanes of a vector. `offsets` are those of the octant.
+  HWY_INLINE uint32_t EnterBoxes(const WideBoxOf<EightPart>& boxes, const PlaneOffsets& offsets,
+                                 float tfar) const {
+    EightPart near[3], far[3], first;
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool negative = offsets.near[axis] > offsets.far[axis];
+      near[axis] = negative ? boxes.upper[axis] : boxes.lower[axis];
+      far[axis] = negative ? boxes.lower[axis] : boxes.upper[axis];
+    }
+    return EnterPart(near, far, tfar, first);
+  }
+
+ private:
+  HWY_INLINE uint32_t EnterPart(const EightPart* near_planes, const EightPart* far_planes,
+                                float tfar, EightPart& entry) const {
+    EightPart near = start, far = hn::Set(kEightTag, tfar);
+    for (int axis = 0; axis < 3; ++axis) {
+      const EightPart to_near = hn::Sub(near_planes[axis], org_for_near[axis]);
+      const EightPart to_far = hn::Sub(far_planes[axis], org_for_far[axis]);
+      near = hn::Max(near,
+                     hn::Mul(hn::Min(hn::Mul(to_near, least[axis]), hn::Mul(to_near, most[axis])),
+                             hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
+      far = hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]), hn::Mul(to_far, most[axis])),
+                                 hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
+    }
+    entry = near;
+    return static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far)));
   }
 };
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace dacrt::policy {
 
@@ -17,9 +18,16 @@ inline constexpr std::size_t kCoherenceLooks = 16;
 inline constexpr float kNarrowDirections = 0.15f;
 inline constexpr float kNarrowOrigins = 0.02f;
 
-/// The same for a group that has been made: beyond, each ray goes its own way.
+/// The same for a group that has been made: beyond, every ray is asked at every child.
 inline constexpr float kGroupDirections = 0.8f;
 inline constexpr float kGroupOrigins = 0.1f;
+
+/// Lanes of a group up to which their rays are tested one by one against the triangles of a leaf
+/// side by side, instead of the triangles one by one.
+inline constexpr std::size_t kFewInLeaf = 6;
+
+/// Nodes and leaves that one ray of a group is taken to visit when it goes its own way.
+inline constexpr uint32_t kVisitsAlone = 3;
 
 /// The ratio of the reciprocals of a group's directions up to which its interval alone decides
 /// about inner nodes.
@@ -38,5 +46,10 @@ inline constexpr std::size_t kRaysToSplitFor = 64;
 
 /// Rays of calls that go the short way, on the stack of the caller.
 inline constexpr std::size_t kShortCall = 256;
+
+/// Triangles of scenes whose leaves repeat the vertices that triangles share: there is memory
+/// enough, and to load them is quicker than to look them up. Rays of any kind go by groups there:
+/// before they come apart, they have their hits.
+inline constexpr std::size_t kSmallScene = 512;
 
 }  // namespace dacrt::policy

@@ -28,10 +28,14 @@ struct BroadcastTriangles {
   HWY_ALIGN float v0[3][kLeafLanes], e1[3][kLeafLanes], e2[3][kLeafLanes], ng[3][kLeafLanes];
   HWY_ALIGN float lower[3][kLeafLanes], upper[3][kLeafLanes];
 
-  HWY_INLINE explicit BroadcastTriangles(const LeafBlock& block) {
+  uint32_t candidates = 0;  ///< that a ray may meet, a bit each
+
+  /// `may_meet` says it of boxes in the lanes of a vector.
+  template <class MayMeet>
+  HWY_INLINE BroadcastTriangles(const LeafBlock& block, const MayMeet& may_meet) {
     for (size_t part = 0; part < kParts; ++part) {
       const CornerLanes corners = DecodeCorners(block, part);
-      const auto triangles = TrianglesOf(corners.v0, corners.v1, corners.v2);
+      const auto triangles = corners.Triangles();
       const auto box = OwnBox(corners.v0, corners.v1, corners.v2);
       const size_t first = part * kPartLanes;
       for (int axis = 0; axis < 3; ++axis) {
@@ -42,7 +46,9 @@ struct BroadcastTriangles {
         hn::Store(box.lower[axis], kEightTag, lower[axis] + first);
         hn::Store(box.upper[axis], kEightTag, upper[axis] + first);
       }
+      candidates |= may_meet(box) << first;
     }
+    candidates &= (1u << block.lanes) - 1;
   }
 
   HWY_INLINE TestTriangles Get(size_t i) const {
@@ -75,40 +81,25 @@ class GroupTracer {
                         !task.scene.meshes.shapes().robust()),
         has_filters_(task.scene.meshes.shapes().has_filters()) {}
 
+  /// Nodes and leaves that were visited.
+  uint32_t visits() const { return visits_; }
+
   /// The rays of some lanes, which the caller has loaded. One that needs a record of its own gets
   /// task.rays[lane].
   void TraceLanes(ChildWord root, uint32_t active, ListMemory memory) {
     numbers_ = kLanes;
     with_record_ = 0;
-    const Box& bounds = task_.scene.bounds;
-    float reach = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      reach = HWY_MAX(reach, bounds.upper[axis] - bounds.lower[axis]);
-    }
-    while (active != 0) {
-      uint32_t octant;
-      const uint32_t lanes = lanes_.LanesOfOctant(active, octant);
-      active &= ~lanes;
-      // User functions are worth calling for many rays at once.
-      const bool stays_together = task_.scene.has_callbacks || lanes_.AreNarrow(lanes, reach);
-      if (hwy::PopCount(lanes) <= policy::kFewRays || !stays_together) {
-        ForEachLane(lanes, [&](size_t lane) { TraceAlone(root, lane, memory); });
-      } else {
-        Walk(root, octant, lanes, memory);
-      }
-    }
+    TraceActive(root, active, memory);
   }
 
-  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kGroupRays, which run in
-  /// one octant.
-  void TraceRecords(ChildWord root, uint32_t octant, const RayNumber* numbers, size_t count,
-                    ListMemory memory) {
+  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kGroupRays.
+  void TraceRecords(ChildWord root, const RayNumber* numbers, size_t count, ListMemory memory) {
     numbers_ = numbers;
     with_record_ = UINT32_MAX;
     for (size_t lane = 0; lane < kGroupRays; ++lane) {
       lanes_.Load(lane, task_.rays[numbers[lane < count ? lane : 0]]);
     }
-    Walk(root, octant, (1u << count) - 1, memory);
+    TraceActive(root, (1u << count) - 1, memory);
     for (size_t lane = 0; lane < count; ++lane) {
       RayRecord& ray = task_.rays[numbers[lane]];
       lanes_.StoreHit(lane, ray);
@@ -117,6 +108,17 @@ class GroupTracer {
   }
 
  private:
+  void TraceActive(ChildWord root, uint32_t active, ListMemory memory) {
+    uint32_t octant;
+    if (lanes_.LanesOfOctant(active, octant) == active) {
+      const GroupInterval interval(lanes_, active, octant);
+      if (interval.IsNarrow(task_.scene.bounds.LongestSide())) {
+        return Walk(root, active, memory, TogetherEnter{*this, kPlaneOffsets[octant], interval});
+      }
+    }
+    Walk(root, active, memory, EachEnters{*this});
+  }
+
   /// What the group has still to look at, the nearest last.
   struct Open {
     float distance;  ///< not above where any ray enters it
@@ -127,30 +129,140 @@ class GroupTracer {
   static constexpr RayNumber kLanes[kGroupRays] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                    8, 9, 10, 11, 12, 13, 14, 15};
 
-  void Walk(ChildWord child, uint32_t octant, uint32_t active, ListMemory memory) {
-    const PlaneOffsets& offsets = kPlaneOffsets[octant];
-    const GroupInterval interval(lanes_, active, octant);
+  /// Planes of a node's children, to be broadcast one child after the other.
+  struct BroadcastPlanes {
+    HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
+
+    HWY_INLINE explicit BroadcastPlanes(const ChildPlanes& planes) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (size_t part = 0; part < kParts; ++part) {
+          hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);
+          hn::Store(planes.far[part][axis], kEightTag, far[axis] + part * kPartLanes);
+        }
+      }
+    }
+  };
+
+  /// Rays of one octant that run close together: children that none of them enters are left out by
+  /// the interval over all of them.
+  struct TogetherEnter {
+    GroupTracer& tracer;
+    const PlaneOffsets& offsets;
+    const GroupInterval& interval;
+
+    /// What says of boxes in lanes which of them a ray may enter.
+    HWY_INLINE auto MayMeet(uint32_t active) const {
+      return [this, tfar = tracer.LargestTFar(active)](const WideBoxOf<EightPart>& boxes)
+                 HWY_ATTR { return interval.EnterBoxes(boxes, offsets, tfar); };
+    }
+
+    HWY_INLINE void operator()(WideNode& node, uint32_t active, Open* open, size_t& count) const {
+      HWY_ALIGN float entry[WideNode::kWidth];
+      const ChildPlanes planes(node, offsets);
+      const uint32_t entered =
+          interval.EnterChildren(planes, tracer.LargestTFar(active), entry) & node.UsedChildren();
+      if (entered == 0) return;
+      if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(tracer.task_, node, entered);
+      const BroadcastPlanes broadcast(planes);
+      ForEachLane(entered, [&](size_t i) HWY_ATTR {
+        uint32_t lanes = active;
+        if (!interval.is_tight || !node.Child(i).IsInner()) {
+          const GroupLanes& group = tracer.lanes_;
+          V near_planes[3], far_planes[3];
+          for (int axis = 0; axis < 3; ++axis) {
+            near_planes[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
+            far_planes[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
+          }
+          uint64_t enter = 0;
+          for (size_t part = 0; part < kGroupParts; ++part) {
+            V org[3], reciprocal[3];
+            group.LoadPart(part, org, reciprocal);
+            const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
+            const V start = hn::Load(kFloat, group.start + part * Lanes());
+            const V tfar = hn::Load(kFloat, group.tfar + part * Lanes());
+            enter |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
+                     << (part * Lanes());
+          }
+          lanes &= static_cast<uint32_t>(enter);
+          if (lanes == 0) return;
+        }
+        PrefetchChild(tracer.task_.partition, node.Child(i));
+        open[count++] = {entry[i], node.Child(i).bits(), lanes};
+      });
+    }
+  };
+
+  /// Rays that run in any directions: each child against all of them.
+  struct EachEnters {
+    GroupTracer& tracer;
+
+    HWY_INLINE auto MayMeet(uint32_t) const {
+      return [](const WideBoxOf<EightPart>&) { return uint32_t{UINT8_MAX}; };
+    }
+
+    HWY_INLINE void operator()(WideNode& node, uint32_t active, Open* open, size_t& count) const {
+      const GroupLanes& group = tracer.lanes_;
+      const BroadcastPlanes broadcast(ChildPlanes(node, kPlaneOffsets[0]));
+      uint32_t lanes_of[WideNode::kWidth], entered = 0;
+      float nearest[WideNode::kWidth];
+      for (size_t i = 0; i < node.count; ++i) {
+        uint64_t enter = 0;
+        V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
+        for (size_t part = 0; part < kGroupParts; ++part) {
+          V org[3], reciprocal[3];
+          group.LoadPart(part, org, reciprocal);
+          WideBox box;
+          for (int axis = 0; axis < 3; ++axis) {
+            box.lower[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
+            box.upper[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
+          }
+          const Interval inside = IntersectBox(box, org, reciprocal);
+          const V entry = hn::Max(inside.entry, hn::Load(kFloat, group.start + part * Lanes()));
+          const M enters = hn::And(
+              hn::Le(entry, hn::Min(inside.exit, hn::Load(kFloat, group.tfar + part * Lanes()))),
+              MaskOf(active >> (part * Lanes())));
+          enter |= Bits(enters) << (part * Lanes());
+          distance = hn::Min(distance, hn::IfThenElse(enters, entry, distance));
+        }
+        lanes_of[i] = static_cast<uint32_t>(enter);
+        if (enter == 0) continue;
+        entered |= 1u << i;
+        nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
+      }
+      if (entered == 0) return;
+      if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(tracer.task_, node, entered);
+      ForEachLane(entered, [&](size_t i) HWY_ATTR {
+        PrefetchChild(tracer.task_.partition, node.Child(i));
+        open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
+      });
+    }
+  };
+
+  /// `enter` opens the children of a node that active lanes enter.
+  template <class Enter>
+  void Walk(ChildWord child, uint32_t active, ListMemory memory, const Enter& enter) {
     Open open[kMostOpen];
     size_t count = 0;
     for (;;) {
-      const size_t few = child.IsLeaf() ? 1 : policy::kFewRays;
-      if (hwy::PopCount(active) <= few || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
+      ++visits_;
+      if (child.IsLeaf()) {
+        TestGroup(child, active, memory, enter);
+      } else if (hwy::PopCount(active) <= policy::kFewRays ||
+                 HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
+        visits_ += policy::kVisitsAlone * static_cast<uint32_t>(hwy::PopCount(active));
         ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
       } else if (HWY_UNLIKELY(child.IsSubset())) {
         if (const auto opened = OpenForGroup(child.number(), active, memory)) {
           child = *opened;
           continue;
         }
-      } else if (child.IsLeaf()) {
-        TestGroup(child, active, memory);
       } else {
         const size_t bottom = count;
-        VisitNode(task_.partition.nodes[child.number()], offsets, interval, active, open, count);
-        if constexpr (kQuery == Query::kClosest) {
-          Sort(open, bottom, count);
-        } else {
-          std::reverse(open + bottom, open + count);
-        }
+        enter(task_.partition.nodes[child.number()], active, open, count);
+        const ChildOrder order =
+            kQuery == Query::kAny ? task_.any_hit_order : ChildOrder::kNearestFirst;
+        if (order != ChildOrder::kAsStored) Sort(open, bottom, count);
+        if (order != ChildOrder::kNearestFirst) std::reverse(open + bottom, open + count);
       }
       do {
         if (count == 0) return;
@@ -190,50 +302,6 @@ class GroupTracer {
                                               hn::Load(kFloat, lanes_.tfar + part * Lanes())));
     }
     return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
-  }
-
-  HWY_INLINE void VisitNode(WideNode& node, const PlaneOffsets& offsets,
-                            const GroupInterval& interval, uint32_t active, Open* open,
-                            size_t& count) {
-    HWY_ALIGN float entry[WideNode::kWidth];
-    HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
-    const ChildPlanes planes(node, offsets);
-    const uint32_t entered =
-        interval.EnterChildren(planes, LargestTFar(active), entry) & node.UsedChildren();
-    if (entered == 0) return;
-    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task_, node, entered);
-    for (int axis = 0; axis < 3; ++axis) {
-      for (size_t part = 0; part < kParts; ++part) {
-        hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);
-        hn::Store(planes.far[part][axis], kEightTag, far[axis] + part * kPartLanes);
-      }
-    }
-    ForEachLane(entered, [&](size_t i) HWY_ATTR {
-      if (interval.is_tight && node.Child(i).IsInner()) {
-        PrefetchChild(task_.partition, node.Child(i));
-        open[count++] = {entry[i], node.Child(i).bits(), active};
-        return;
-      }
-      uint64_t lanes = 0;
-      V near_planes[3], far_planes[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        near_planes[axis] = hn::Set(kFloat, near[axis][i]);
-        far_planes[axis] = hn::Set(kFloat, far[axis][i]);
-      }
-      for (size_t part = 0; part < kGroupParts; ++part) {
-        V org[3], reciprocal[3];
-        lanes_.LoadPart(part, org, reciprocal);
-        const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
-        const V start = hn::Load(kFloat, lanes_.start + part * Lanes());
-        const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
-        lanes |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
-                 << (part * Lanes());
-      }
-      lanes &= active;
-      if (lanes == 0) return;
-      PrefetchChild(task_.partition, node.Child(i));
-      open[count++] = {entry[i], node.Child(i).bits(), static_cast<uint32_t>(lanes)};
-    });
   }
 
   /// The record of the ray in a lane, as it stands now.
@@ -280,10 +348,15 @@ class GroupTracer {
     ForEachLane(lanes, [&](size_t lane) { lanes_.LoadHit(lane, task_.rays[numbers_[lane]]); });
   }
 
-  void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory) {
+  template <class Enter>
+  HWY_INLINE void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory,
+                            const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
     if (HWY_LIKELY(tests_in_lanes_ && block && (!has_filters_ || !IsFiltered(*block)))) {
-      return TestInLanes(leaf, *block, active);
+      if (hwy::PopCount(active) > policy::kFewInLeaf) {
+        return TestInLanes(leaf, *block, active, enter);
+      }
+      return TestOneByOne(leaf, *block, active);
     }
     RayNumber list[kGroupRays];
     const size_t count = ListOf(active, list);
@@ -291,8 +364,90 @@ class GroupTracer {
     LoadHits(active);
   }
 
-  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active) {
-    const BroadcastTriangles triangles(block);
+  /// The ray of a lane, in all lanes.
+  struct SpreadLane {
+    const GroupLanes& lanes;
+    size_t lane;
+
+    HWY_INLINE EightPart org(int axis) const { return hn::Set(kEightTag, lanes.org[axis][lane]); }
+    HWY_INLINE EightPart dir(int axis) const { return hn::Set(kEightTag, lanes.dir[axis][lane]); }
+    HWY_INLINE EightPart reciprocal(int axis) const {
+      return hn::Set(kEightTag, lanes.reciprocal[axis][lane]);
+    }
+    HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, lanes.tnear[lane]); }
+    HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, lanes.tfar[lane]); }
+  };
+
+  /// The triangles side by side, and one ray after the other.
+  void TestOneByOne(ChildWord leaf, const LeafBlock& block, uint32_t active) {
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block.lanes) return;
+      const CornerLanes corners = DecodeCorners(block, part);
+      const auto triangles = corners.Triangles();
+      for (uint32_t left = active; left != 0; left &= left - 1) {
+        const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+        const FacetCrossing crossing =
+            CrossFacets<false>(SpreadLane{lanes_, lane}, triangles, corners);
+        if (HWY_LIKELY(crossing.lanes == 0)) continue;
+        if constexpr (kQuery == Query::kClosest) {
+          TakeOne(leaf, block, part, lane, crossing, triangles);
+        } else if ((crossing.lanes & crossing.within_limit) != 0) {
+          lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
+          active &= ~(1u << lane);
+        }
+      }
+    }
+  }
+
+  /// Offers the ray in a lane the triangles that it meets.
+  HWY_INLINE void TakeOne(ChildWord leaf, const LeafBlock& block, size_t part, size_t lane,
+                          const FacetCrossing& crossing,
+                          const TestTrianglesOf<EightPart>& triangles) {
+    HWY_ALIGN float keys[kPartLanes];
+    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+    size_t taken = kPartLanes;
+    ForEachLane(crossing.lanes, [&](size_t i) HWY_ATTR {
+      const size_t block_lane = part * kPartLanes + i;
+      if (keys[i] < lanes_.tfar[lane]) {
+        taken = i;
+        lanes_.tfar[lane] = keys[i];
+        lanes_.state[lane] = RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
+                             static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
+        lanes_.hit[lane] = leaf.bits();
+      } else {
+        TakeByName(leaf, block, lane, keys[i], (crossing.within_limit >> i) & 1, block_lane);
+      }
+    });
+    if (taken == kPartLanes) return;
+    HWY_ALIGN float values[7][kPartLanes];
+    hn::Store(crossing.t, kEightTag, values[0]);
+    hn::Store(crossing.u, kEightTag, values[1]);
+    hn::Store(crossing.v, kEightTag, values[2]);
+    hn::Store(crossing.divisor, kEightTag, values[3]);
+    for (int axis = 0; axis < 3; ++axis) {
+      hn::Store(triangles.ng[axis], kEightTag, values[4 + axis]);
+      lanes_.ng[axis][lane] = values[4 + axis][taken];
+    }
+    lanes_.t[lane] = values[0][taken];
+    lanes_.u[lane] = values[1][taken];
+    lanes_.v[lane] = values[2][taken];
+    lanes_.den[lane] = values[3][taken];
+  }
+
+  /// Offers the ray in a lane a triangle as far away as what the ray has, or at the end of the ray:
+  /// names decide.
+  HWY_NOINLINE void TakeByName(ChildWord leaf, const LeafBlock& block, size_t lane, float key,
+                               bool within_limit, size_t block_lane) {
+    const RayRecord& ray = RecordOf(lane);
+    FacetTest<kQuery, false>(task_, leaf, block)
+        .TakeInLeaf(numbers_[lane], key, within_limit, block_lane);
+    lanes_.LoadHit(lane, ray);
+  }
+
+  template <class Enter>
+  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active, const Enter& enter) {
+    const BroadcastTriangles triangles(block, enter.MayMeet(active));
+    if (triangles.candidates == 0) return;
     for (size_t part = 0; part < kGroupParts; ++part) {
       const size_t first = part * Lanes();
       uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
@@ -304,7 +459,8 @@ class GroupTracer {
       }
       rays.tnear = hn::Load(kFloat, lanes_.tnear + first);
       rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
-      for (size_t i = 0; i < block.lanes; ++i) {
+      for (uint32_t left = triangles.candidates; left != 0; left &= left - 1) {
+        const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
         const TestTriangles triangle = triangles.Get(i);
         const auto terms = EdgeTerms(rays.org, rays.dir, triangle);
         M meet = hn::And(PassesInside(terms), MaskOf(lanes));
@@ -362,18 +518,13 @@ class GroupTracer {
                              hn::Load(kUint, lanes_.hit + first)),
               kUint, lanes_.hit + first);
     hn::Store(hn::IfThenElse(closer, key, rays.tfar), kFloat, lanes_.tfar + first);
-    // Hits as far away as what the ray has, or at the end of the ray: names decide.
     const uint64_t equal = Bits(hn::AndNot(closer, meet));
     if (HWY_UNLIKELY(equal != 0)) {
       HWY_ALIGN float keys[kMaxLanes];
       hn::Store(key, kFloat, keys);
       const uint64_t limits = Bits(within);
       ForEachLane(equal, [&](size_t lane) {
-        const RayNumber number = numbers_[first + lane];
-        const RayRecord& ray = RecordOf(first + lane);
-        FacetTest<kQuery, false>(task_, leaf, block)
-            .TakeInLeaf(number, keys[lane], (limits >> lane) & 1, i);
-        lanes_.LoadHit(first + lane, ray);
+        TakeByName(leaf, block, first + lane, keys[lane], (limits >> lane) & 1, i);
       });
     }
     rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
@@ -383,6 +534,7 @@ class GroupTracer {
   GroupLanes& lanes_;
   const bool tests_in_lanes_;
   const bool has_filters_;
+  uint32_t visits_ = 0;
   const RayNumber* numbers_ = kLanes;  ///< of the records of the rays in the lanes
   uint32_t with_record_ = 0;           ///< lanes whose records hold the ray
 };

@@ -93,12 +93,13 @@ class ListTracer {
       any |= mask;
     }
     memset(masks + count, 0, kListSlack);
-    // The nearest hit wants the nearest children first; to be blocked, any order will do, and to go
-    // nearest first would try the surface that rays come from before all else.
-    if constexpr (kQuery == Query::kClosest) {
-      OrderChildren(planes, rays, list, count, order);
-    } else {
+    // The nearest hit wants the nearest children first.
+    const ChildOrder by = kQuery == Query::kAny ? task_.any_hit_order : ChildOrder::kNearestFirst;
+    if (by == ChildOrder::kAsStored) {
       for (size_t i = 0; i < WideNode::kWidth; ++i) order[i] = static_cast<uint8_t>(i);
+    } else {
+      OrderChildren(planes, rays, list, count, order);
+      if (by == ChildOrder::kFarthestFirst) std::reverse(order, order + WideNode::kWidth);
     }
     return any;
   }

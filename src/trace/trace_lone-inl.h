@@ -57,24 +57,44 @@ class LoneTracer {
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
     if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
-    for (size_t part = 0; part < kParts; ++part) {
-      if (part * kPartLanes >= block->lanes) break;
-      const LeafTriangles triangles(DecodeCorners(*block, part));
-      const FacetCrossing crossing = CrossFacets<false>(ray_, triangles);
-      if (HWY_LIKELY(crossing.lanes == 0)) continue;
-      if (HWY_UNLIKELY(has_filters_) && IsFiltered(*block, crossing.lanes, part)) {
-        return WalkStep::kLeave;
-      }
-      if constexpr (kQuery == Query::kAny) {
-        if ((crossing.lanes & crossing.within_limit) == 0) continue;
-        ray_.tfar = -std::numeric_limits<float>::infinity();
-        return WalkStep::kStop;
-      }
-      // Where names decide, others know them.
-      bool is_taken = false;
-      if (HWY_UNLIKELY(!Take(leaf, crossing, part, is_taken))) return WalkStep::kLeave;
-      if (is_taken) Keep(*block, crossing, triangles);
+    switch (LayoutOf(*block)) {
+      case CornerLayout::kFew:
+        return TestBlock<CornerLayout::kFew>(leaf, *block);
+      case CornerLayout::kByLane:
+        return TestBlock<CornerLayout::kByLane>(leaf, *block);
+      default:
+        return TestBlock<CornerLayout::kMany>(leaf, *block);
     }
+  }
+
+  template <CornerLayout kLayout>
+  HWY_INLINE WalkStep TestBlock(ChildWord leaf, const LeafBlock& block) {
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block.lanes) break;
+      const WalkStep step = TestPart(leaf, block, part, LeafCorners<kLayout>{block, part});
+      if (step != WalkStep::kNext) return step;
+    }
+    return WalkStep::kNext;
+  }
+
+  template <class Corners>
+  HWY_INLINE WalkStep TestPart(ChildWord leaf, const LeafBlock& block, size_t part,
+                               const Corners& corners) {
+    const auto triangles = corners.All().Triangles();
+    const FacetCrossing crossing = CrossFacets<false>(SpreadRay{ray_}, triangles, corners.Again());
+    if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
+    if (HWY_UNLIKELY(has_filters_) && IsFiltered(block, crossing.lanes, part)) {
+      return WalkStep::kLeave;
+    }
+    if constexpr (kQuery == Query::kAny) {
+      if ((crossing.lanes & crossing.within_limit) == 0) return WalkStep::kNext;
+      ray_.tfar = -std::numeric_limits<float>::infinity();
+      return WalkStep::kStop;
+    }
+    // Where names decide, others know them.
+    bool is_taken = false;
+    if (HWY_UNLIKELY(!Take(leaf, crossing, part, is_taken))) return WalkStep::kLeave;
+    if (is_taken) Keep(block, crossing, triangles);
     return WalkStep::kNext;
   }
 
@@ -109,14 +129,14 @@ class LoneTracer {
   }
 
   HWY_INLINE void Keep(const LeafBlock& block, const FacetCrossing& crossing,
-                       const LeafTriangles& triangles) {
+                       const TestTrianglesOf<EightPart>& triangles) {
     last_.block = &block;
     hn::Store(crossing.t, kEightTag, last_.t);
     hn::Store(crossing.u, kEightTag, last_.u);
     hn::Store(crossing.v, kEightTag, last_.v);
     hn::Store(crossing.divisor, kEightTag, last_.divisor);
     for (int axis = 0; axis < 3; ++axis) {
-      hn::Store(triangles.test.ng[axis], kEightTag, last_.ng[axis]);
+      hn::Store(triangles.ng[axis], kEightTag, last_.ng[axis]);
     }
   }
 

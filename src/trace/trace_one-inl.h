@@ -40,13 +40,15 @@ struct OpenChildren {
     const size_t second = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
     const ChildWord other = node.Child(second);
     entered &= entered - 1;
-    PrefetchChild(partition, other);
-    PrefetchChild(partition, child);
     if (HWY_LIKELY(entered == 0)) {
       const bool swap = distances[second] < distances[first];
-      Push(distances[swap ? first : second], swap ? child : other);
+      const ChildWord far = swap ? child : other;
+      PrefetchChild(partition, far);
+      Push(distances[swap ? first : second], far);
       return swap ? other : child;
     }
+    PrefetchChild(partition, other);
+    PrefetchChild(partition, child);
     const size_t bottom = count;
     Push(distances[first], child);
     Push(distances[second], other);

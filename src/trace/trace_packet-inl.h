@@ -84,19 +84,23 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   StackMemory<kGroupRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
-  const TraceTask task{scene,
-                       scene.partition(),
-                       memory.rays,
-                       memory.hits,
-                       !scene.meshes.AllAccept(lanes.CommonMask(active)),
-                       /*keeps_leaf_hits=*/true,
-                       frame,
-                       split_memory,
-                       memory.ForInstances(),
-                       nullptr,
-                       FinishHit,
-                       packet.instance_value};
-  GroupTracer<kQuery>(task, lanes).TraceLanes(scene.kept->root(), active, memory.Lists());
+  TraceTask task{scene,
+                 scene.partition(),
+                 memory.rays,
+                 memory.hits,
+                 !scene.meshes.AllAccept(lanes.CommonMask(active)),
+                 /*keeps_leaf_hits=*/true,
+                 frame,
+                 split_memory,
+                 memory.ForInstances(),
+                 nullptr,
+                 FinishHit,
+                 packet.instance_value};
+  LearntOrder& learnt = LearntOrdersOf(scene.kept.get()).of_groups;
+  if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt.Next();
+  GroupTracer<kQuery> tracer(task, lanes);
+  tracer.TraceLanes(scene.kept->root(), active, memory.Lists());
+  if constexpr (kQuery == Query::kAny) learnt.Count(tracer.visits());
   if constexpr (kQuery == Query::kAny) {
     ForEachLane(lanes.Blocked(active), [&](size_t lane) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));

@@ -51,6 +51,12 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
     }
     return;
   }
+  if (count <= kGroupRays) {
+    RayNumber list[kGroupRays];
+    for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(i);
+    GroupLanes lanes;
+    return GroupTracer<kQuery>(task, lanes).TraceRecords(root, list, count, memory);
+  }
   constexpr uint32_t kOctants = LoadedRays::kOctants;
   size_t ends[kOctants] = {};
   for (size_t i = 0; i < count; ++i) ++ends[task.rays[i].Octant()];
@@ -64,12 +70,7 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
   begin = 0;
   for (uint32_t octant = 0; octant < kOctants; ++octant) {
     const size_t rays = ends[octant] - begin;
-    if (rays > policy::kFewRays && rays <= kGroupRays && count <= kGroupRays) {
-      GroupLanes lanes;
-      GroupTracer<kQuery>(task, lanes).TraceRecords(root, octant, list + begin, rays, memory);
-    } else if (rays > 0) {
-      ListTracer<kQuery>(task, octant).Trace(root, list + begin, rays, memory);
-    }
+    if (rays > 0) ListTracer<kQuery>(task, octant).Trace(root, list + begin, rays, memory);
     begin = ends[octant];
   }
 }

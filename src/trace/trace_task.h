@@ -8,6 +8,7 @@
 #include "rays/ray_record.h"
 #include "runtime/split_memory.h"
 #include "scene/scene_parts.h"
+#include "trace/child_order.h"
 
 namespace dacrt {
 
@@ -74,6 +75,7 @@ struct TraceTask {
   const uint32_t* callers = nullptr;      ///< numbers of the caller's rays; null: those of `rays`
   const TraceTask* outer = nullptr;       ///< whose rays these are, in an instance or a part of it
   const RayNumber* outer_rays = nullptr;  ///< their numbers there; null: the same
+  ChildOrder any_hit_order = ChildOrder::kAsStored;
 
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
 

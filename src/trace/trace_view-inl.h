@@ -57,10 +57,7 @@ size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
 /// Whether rays run close together: by the directions and the origins of some rays of some groups
 /// of neighbours.
 inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, const Box& bounds) {
-  float reach = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    reach = HWY_MAX(reach, bounds.upper[axis] - bounds.lower[axis]);
-  }
+  const float reach = bounds.LongestSide();
   const size_t groups = count / kGroupRays;
   const size_t looks = HWY_MIN(groups, policy::kCoherenceLooks);
   size_t narrow = 0;
@@ -97,7 +94,16 @@ void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, 
   if (task.statistics) task.statistics->rays += loaded.count;
   if (loaded.count == 0) return;
   task.checks_masks = !task.scene.meshes.AllAccept(loaded.common_mask);
-  TraceLoaded<kQuery>(task, loaded, lists);
+  if constexpr (kQuery == Query::kAny) {
+    // Without statistics the call is too short to learn from.
+    LearntOrder& learnt = LearntOrdersOf(task.scene.kept.get()).of_pieces;
+    task.any_hit_order = task.statistics ? learnt.Next() : learnt.best();
+    const uint64_t before = task.statistics ? task.statistics->box_tests : 0;
+    TraceLoaded<kQuery>(task, loaded, lists);
+    if (task.statistics) learnt.Count((task.statistics->box_tests - before) / loaded.count);
+  } else {
+    TraceLoaded<kQuery>(task, loaded, lists);
+  }
   const size_t stored = StoreRecords<kQuery>(task, loaded);
   if (task.statistics) task.statistics->hits += stored;
 }
@@ -108,6 +114,7 @@ void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* caller
                    ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
   const ChildWord root = task.scene.kept->root();
+  LearntOrder& learnt = LearntOrdersOf(task.scene.kept.get()).of_groups;
   for (size_t begin = 0; begin < count; begin += kGroupRays) {
     GroupLanes lanes;
     const uint32_t active =
@@ -117,18 +124,19 @@ void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* caller
       callers[lane] = static_cast<uint32_t>(begin + lane);
     }
     task.checks_masks = !task.scene.meshes.AllAccept(lanes.CommonMask(active));
-    GroupTracer<kQuery>(task, lanes).TraceLanes(root, active, lists);
-    const auto caller_of = [&](size_t lane) { return first + begin + lane; };
+    if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt.Next();
+    GroupTracer<kQuery> tracer(task, lanes);
+    tracer.TraceLanes(root, active, lists);
+    if constexpr (kQuery == Query::kAny) learnt.Count(tracer.visits());
     size_t hits = 0;
     if constexpr (kQuery == Query::kAny) {
       const uint32_t blocked = lanes.Blocked(active);
       hits = hwy::PopCount(blocked);
-      ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(caller_of(lane)); });
+      ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(first + begin + lane); });
     } else {
       const GroupHits found(task, lanes, active);
       hits = hwy::PopCount(found.lanes);
-      ForEachLane(found.lanes,
-                  [&](size_t lane) { layout.WriteHit(caller_of(lane), found.Get(lane)); });
+      found.Write(layout, first + begin);
     }
     if (task.statistics) {
       task.statistics->rays += hwy::PopCount(active);
@@ -158,7 +166,10 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                  FinishHit,
                  view.instance_value,
                  callers};
-  if (count >= kGroupRays && AreCoherent(RecordLayout(view), first, count, scene.bounds)) {
+  const bool go_by_groups =
+      scene.triangle_count <= policy::kSmallScene ||
+      (count >= kGroupRays && AreCoherent(RecordLayout(view), first, count, scene.bounds));
+  if (go_by_groups) {
     TraceByGroups<kQuery>(task, first, count, callers, lists);
   } else {
     TraceByLists<kQuery>(task, first, count, rays, callers, lists);

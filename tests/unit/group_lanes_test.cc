@@ -155,11 +155,14 @@ void BoundsAreThoseOfTheLanes() {
   Random random(4);
   for (int round = 0; round < 200; ++round) {
     GroupLanes group;
-    for (float& value : group.t) value = random.Below(8) == 0 ? kNaN : random.Uniform(-9, 9);
+    const bool all = round % 4 == 0;
+    for (float& value : group.t) {
+      value = !all && random.Below(8) == 0 ? kNaN : random.Uniform(-9, 9);
+    }
     uint32_t lanes = 0;
     float least = kInfinity, largest = -kInfinity;
     for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
-      if (std::isnan(group.t[lane]) || random.Below(3) == 0) continue;
+      if (std::isnan(group.t[lane]) || (!all && random.Below(3) == 0)) continue;
       lanes |= 1u << lane;
       least = std::min(least, group.t[lane]);
       largest = std::max(largest, group.t[lane]);
@@ -175,7 +178,7 @@ void BoundsAreThoseOfTheLanes() {
 // The interval of a group enters whatever one of its rays enters, and no later.
 void IntervalsHoldTheirRays() {
   Random random(5);
-  size_t entered = 0;
+  size_t entered = 0, boxes_left_out = 0;
   for (int round = 0; round < 2000; ++round) {
     const unit::Float3 eye = random.InCube(-3, 3), aim = random.InCube(-1, 1);
     std::vector<FullRay> rays;
@@ -203,6 +206,23 @@ void IntervalsHoldTheirRays() {
     const ChildPlanes planes(node, PlaneOffsets(octant));
     HWY_ALIGN float entries[WideNode::kWidth];
     const uint32_t by_interval = interval.EnterChildren(planes, kInfinity, entries);
+    // The same boxes as they are, in the lanes of vectors.
+    uint32_t boxes_by_interval = 0;
+    WideBoxOf<EightPart> lanes_of_boxes[kParts];
+    for (size_t part = 0; part < kParts; ++part) {
+      for (int axis = 0; axis < 3; ++axis) {
+        HWY_ALIGN float lower[kPartLanes], upper[kPartLanes];
+        for (size_t i = 0; i < kPartLanes; ++i) {
+          lower[i] = boxes[part * kPartLanes + i].lower[axis];
+          upper[i] = boxes[part * kPartLanes + i].upper[axis];
+        }
+        lanes_of_boxes[part].lower[axis] = WidenDown(hn::Load(kEightTag, lower));
+        lanes_of_boxes[part].upper[axis] = WidenUp(hn::Load(kEightTag, upper));
+      }
+      boxes_by_interval |=
+          interval.EnterBoxes(lanes_of_boxes[part], PlaneOffsets(octant), kInfinity)
+          << (part * kPartLanes);
+    }
     for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
       if (!(lanes >> lane & 1)) continue;
       RayRecord ray;
@@ -213,6 +233,18 @@ void IntervalsHoldTheirRays() {
             hn::Store(entry, kEightTag, own + part * kPartLanes);
           });
       ASSERT_EQ(by_ray & ~by_interval, 0u);
+      for (size_t part = 0; part < kParts; ++part) {
+        EightPart org[3], reciprocal[3];
+        for (int axis = 0; axis < 3; ++axis) {
+          org[axis] = hn::Set(kEightTag, ray.org[axis]);
+          reciprocal[axis] = hn::Set(kEightTag, ray.reciprocal[axis]);
+        }
+        const auto enters = Enters(IntersectBox(lanes_of_boxes[part], org, reciprocal),
+                                   hn::Set(kEightTag, ray.tnear), hn::Set(kEightTag, ray.tfar));
+        const uint64_t may_enter = boxes_by_interval >> (part * kPartLanes);
+        ASSERT_EQ(Bits(kEightTag, enters) & ~may_enter, 0u);
+        boxes_left_out += kPartLanes - hwy::PopCount(may_enter & ((1u << kPartLanes) - 1));
+      }
       for (size_t i = 0; i < WideNode::kWidth; ++i) {
         if (!(by_ray >> i & 1)) continue;
         ++entered;
@@ -221,6 +253,7 @@ void IntervalsHoldTheirRays() {
     }
   }
   EXPECT_GT(entered, 5000u);
+  EXPECT_GT(boxes_left_out, 5000u);
 }
 
 }  // namespace

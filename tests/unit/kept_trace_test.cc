@@ -110,7 +110,7 @@ class World {
     add(Facets(Shape::kTriangles, 3 * scale_, 3));
     add(Facets(Shape::kQuads, 5 * scale_, 1));
     add(Facets(Shape::kQuads, 2 * scale_, 2)).mask = 6;
-    add(Grid(40, 12));
+    add(scale_ < 10 ? Grid(8, 4) : Grid(40, 12));
     add(Points(Shape::kSpheres, 4 * scale_, 1));
     add(Points(Shape::kDiscs, 4 * scale_, 1));
     add(Points(Shape::kOrientedDiscs, 4 * scale_, 1));
@@ -249,10 +249,13 @@ class WorldScene {
     bool has_instances = true;
     bool robust = false;
     Keep keep = Keep::kByBudget;
+    bool is_small = false;  ///< not above policy::kSmallScene
   };
 
   WorldScene(const Settings& settings, const Options& options)
-      : device_(std::make_shared<Device>(settings)) {
+      : world_(options.is_small ? 2 : 40, 1),
+        inner_world_(options.is_small ? 2 : 25, 2),
+        device_(std::make_shared<Device>(settings)) {
     std::vector<Geometry> geometries = world_.Make(10, options.has_callbacks);
     const SceneOptions scene_options{options.keep, options.robust};
     if (options.has_instances) {
@@ -264,11 +267,12 @@ class WorldScene {
       geometries.push_back(World::Instance(50, inner_scene, 0, 2.3f, false));
     }
     scene = std::make_unique<Scene>(device_, geometries, scene_options);
+    EXPECT_EQ(scene->triangle_count() <= policy::kSmallScene, options.is_small);
   }
 
  private:
-  World world_{40, 1};
-  World inner_world_{25, 2};
+  World world_;
+  World inner_world_;
   std::shared_ptr<Device> device_;
 
  public:
@@ -374,11 +378,12 @@ const uint64_t kBudgets[] = {0, 1, 18000, 8 * 3000, kDefaultBudget, kUnlimitedBu
 TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
   Random random(1);
   const auto rays = MakeFullRays(random, 300);
-  for (int kind = 0; kind < 6; ++kind) {
+  for (int kind = 0; kind < 12; ++kind) {
     WorldScene::Options options;
     options.has_callbacks = kind % 3 == 2;
     options.has_instances = kind % 3 >= 1;
-    options.robust = kind >= 3;
+    options.robust = kind % 6 >= 3;
+    options.is_small = kind >= 6;
     const WorldScene pure(WithBudget(0), options);
     ASSERT_EQ(pure.scene->KeptBytes(), 0u);
     const auto expected = TraceForm(*pure.scene, rays, Query::kClosest);
@@ -388,7 +393,7 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
       geometries.insert(ray.Get<uint32_t>(kGeometryId));
       instances.insert(ray.Get<uint32_t>(kInstanceId));
     }
-    EXPECT_GE(geometries.size(), 10u);
+    EXPECT_GE(geometries.size(), options.is_small ? 5u : 10u);
     EXPECT_EQ(instances.size(), options.has_instances ? 4u : 1u);
     for (const uint64_t budget : kBudgets) {
       for (const Keep keep : {Keep::kByBudget, Keep::kLittle}) {
@@ -419,16 +424,18 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
 TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
   Random random(2);
   const auto rays = MakeFullRays(random, 130);
-  for (const bool has_callbacks : {false, true}) {
+  for (const auto& [has_callbacks, is_small] : {std::pair(false, false), std::pair(true, false),
+                                               std::pair(false, true), std::pair(true, true)}) {
     for (const uint64_t budget : {uint64_t{0}, uint64_t{1}, kDefaultBudget}) {
       WorldScene::Options options;
       options.has_callbacks = has_callbacks;
+      options.is_small = is_small;
       const WorldScene world(WithBudget(budget), options);
       const Scene& scene = *world.scene;
       for (const Query query : {Query::kClosest, Query::kAny}) {
-        const std::string what = "budget " + std::to_string(budget) +
-                                 (has_callbacks ? ", callbacks" : "") +
-                                 (query == Query::kAny ? ", any" : "");
+        const std::string what =
+            "budget " + std::to_string(budget) + (has_callbacks ? ", callbacks" : "") +
+            (is_small ? ", small" : "") + (query == Query::kAny ? ", any" : "");
         const auto expected = TraceForm(scene, rays, query);
         ASSERT_NE(expected, rays);
         for (const Form& form : unit::AllForms()) {

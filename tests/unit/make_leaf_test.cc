@@ -114,7 +114,8 @@ constexpr Shape kShapes[] = {Shape::kTriangles, Shape::kQuads,         Shape::kG
 /// A leaf in memory that ends at a page that may not be touched.
 class Leaf {
  public:
-  Leaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& names, uint32_t first = 0)
+  Leaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& names, uint32_t first = 0,
+       SharedVertices shared = SharedVertices::kFind)
       : memory_(kMostLeafBytes, 64) {
     std::memset(memory_.data(), 0xA5, kMostLeafBytes);
     order.assign(first, 0);
@@ -122,9 +123,7 @@ class Leaf {
       order.push_back(meshes.Number(name.mesh, name.primitive));
     }
     order.back() |= KeptOrder::kLastOfLeaf;
-    bytes = MakeLeaf(meshes, order.data(), first, kLeafLanes, SharedVertices::kFind,
-                     memory_.data())
-                .bytes;
+    bytes = MakeLeaf(meshes, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
   }
 
   std::vector<const LeafBlock*> Blocks() const {
@@ -269,10 +268,12 @@ TEST(MakeLeafTest, EachShapeAlone) {
           std::vector<MeshTable::Name> names;
           for (uint32_t i = 0; i < count; ++i) names.push_back({0, (7 * i + 3) % 40});
           if (shape == Shape::kInstance) names = {{0, 0}};
-          const Leaf leaf(meshes, names, first);
-          ExpectLeaf(meshes, names, leaf, first);
-          ASSERT_EQ(leaf.Blocks().size(), 1u);
-          if (HasFatalFailure()) return;
+          for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
+            const Leaf leaf(meshes, names, first, shared);
+            ExpectLeaf(meshes, names, leaf, first);
+            ASSERT_EQ(leaf.Blocks().size(), 1u);
+            if (HasFatalFailure()) return;
+          }
         }
       }
     }
@@ -308,7 +309,7 @@ TEST(MakeLeafTest, MixedLeavesOfEveryShape) {
       lanes += meshes.LanesOf(mesh);
       names.push_back({mesh, item});
     }
-    const Leaf leaf(meshes, names);
+    const Leaf leaf(meshes, names, 0, round % 2 ? SharedVertices::kFind : SharedVertices::kRepeat);
     ExpectLeaf(meshes, names, leaf, 0);
     if (HasFatalFailure()) return;
     most_blocks = std::max(most_blocks, leaf.Blocks().size());
@@ -346,11 +347,13 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
           for (const uint32_t mesh : {11u, 7u, 9u, 1u}) {
             if (names.size() < 8) add(mesh, 1);
           }
-          const Leaf leaf(meshes, names);
-          ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
-          ExpectLeaf(meshes, names, leaf, 0);
-          if (HasFatalFailure()) return;
-          largest = std::max(largest, leaf.bytes);
+          for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
+            const Leaf leaf(meshes, names, 0, shared);
+            ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
+            ExpectLeaf(meshes, names, leaf, 0);
+            if (HasFatalFailure()) return;
+            largest = std::max(largest, leaf.bytes);
+          }
         }
       }
     }
@@ -396,6 +399,38 @@ TEST(MakeLeafTest, VerticesThatAreTheSameAreKeptOnce) {
     triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
   EXPECT_EQ(BlockOf(apart, triangles).vertices, 24u);
+}
+
+// What whole vectors are loaded from: each corner of a lane in its place, and nothing in lanes
+// without a triangle.
+TEST(MakeLeafTest, RepeatedVerticesStandByLane) {
+  const AllShapes all(5);
+  for (const bool moves : {false, true}) {
+    for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
+      const MeshTable meshes = all.Table({all.Make(shape, 0, moves)});
+      for (std::size_t count = 1; count <= kLeafLanes / meshes.LanesOf(0); ++count) {
+        std::vector<MeshTable::Name> names;
+        for (uint32_t i = 0; i < count; ++i) names.push_back({0, i});
+        const Leaf leaf(meshes, names, 0, SharedVertices::kRepeat);
+        const LeafBlock& block = *leaf.Blocks()[0];
+        if (block.is_timed) continue;
+        ASSERT_EQ(block.vertices, LeafBlock::kByLane);
+        const uint32_t steps = block.kind == LeafKind::kMovingFacets ? 2 : 1;
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+          for (std::size_t lane = 0; lane < kLeafLanes; ++lane) {
+            const std::size_t place = corner * kLeafLanes + lane;
+            if (lane < block.lanes) {
+              ASSERT_EQ(block.indices()[place], place);
+              continue;
+            }
+            for (uint32_t i = 0; i < 3 * steps; ++i) {
+              ASSERT_EQ(block.vertex_data()[i * LeafBlock::kByLane + place], 0.0f);
+            }
+          }
+        }
+      }
+    }
+  }
 }
 
 // By bits, so that -0 stays -0, and what has the same key is still told apart.

@@ -1,0 +1,71 @@
+#include "trace/child_order.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace dacrt {
+namespace {
+
+/// Lets `learnt` see `batches` batches, of which those by an order cost what `costs` says.
+std::vector<ChildOrder> Learn(LearntOrder& learnt, const uint64_t* costs, uint32_t batches) {
+  std::vector<ChildOrder> orders;
+  for (uint32_t i = 0; i < batches; ++i) {
+    orders.push_back(learnt.Next());
+    learnt.Count(costs[static_cast<std::size_t>(orders.back())]);
+  }
+  return orders;
+}
+
+TEST(ChildOrderTest, TheCheapestOrderIsTaken) {
+  for (uint32_t cheapest = 0; cheapest < LearntOrder::kOrders; ++cheapest) {
+    uint64_t costs[] = {7, 7, 7};
+    costs[cheapest] = 5;
+    constexpr uint32_t kTrials = 4, kPeriod = 50;
+    LearntOrder learnt(kTrials, kPeriod);
+    const auto orders = Learn(learnt, costs, kPeriod);
+    const auto begin = orders.begin(), decided = begin + LearntOrder::kOrders * kTrials;
+    for (uint32_t i = 0; i < LearntOrder::kOrders; ++i) {
+      EXPECT_EQ(std::count(begin, decided, static_cast<ChildOrder>(i)), kTrials);
+    }
+    EXPECT_EQ(std::count(decided, orders.end(), static_cast<ChildOrder>(cheapest)),
+              orders.end() - decided);
+    EXPECT_EQ(learnt.best(), static_cast<ChildOrder>(cheapest));
+  }
+}
+
+TEST(ChildOrderTest, OfEqualOnesTheSimplest) {
+  const uint64_t costs[] = {7, 7, 7};
+  LearntOrder learnt(2, 10);
+  Learn(learnt, costs, 10);
+  EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
+}
+
+// Rays change, and with them what is best for them.
+TEST(ChildOrderTest, WhatWasLearntIsForgotten) {
+  LearntOrder learnt(2, 20);
+  const uint64_t before[] = {9, 3, 9}, now[] = {9, 9, 3};
+  Learn(learnt, before, 20 * 5);
+  EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
+  Learn(learnt, now, 20 * 5);
+  EXPECT_EQ(learnt.best(), ChildOrder::kFarthestFirst);
+}
+
+TEST(ChildOrderTest, EachThreadLearnsOfEachScene) {
+  alignas(1024) static char scenes[1024];
+  const uint64_t costs[] = {9, 9, 3};
+  Learn(LearntOrdersOf(&scenes[0]).of_pieces, costs, 10);
+  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kFarthestFirst);
+  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_groups.best(), ChildOrder::kAsStored);
+  EXPECT_EQ(LearntOrdersOf(&scenes[512]).of_pieces.best(), ChildOrder::kAsStored);
+  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kFarthestFirst);
+  std::thread([&] {
+    EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kAsStored);
+  }).join();
+}
+
+}  // namespace
+}  // namespace dacrt
