@@ -195,6 +195,16 @@ struct GroupLanes {
     return common;
   }
 
+  HWY_INLINE float LargestTFar(uint32_t lanes) const {
+    V largest = hn::Zero(kFloat);
+    for (size_t part = 0; part < kGroupParts; ++part) {
+      largest =
+          hn::Max(largest, hn::IfThenElseZero(MaskOf(lanes >> (part * Lanes())),
+                                              hn::Load(kFloat, tfar + part * Lanes())));
+    }
+    return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
+  }
+
   /// Those of some lanes whose any-hit rays are blocked.
   HWY_INLINE uint32_t Blocked(uint32_t lanes) const {
     uint64_t blocked = 0;

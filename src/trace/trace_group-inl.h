@@ -16,7 +16,7 @@
 #include <limits>
 #include <optional>
 
-#include "trace/group_lanes-inl.h"
+#include "trace/enter_group-inl.h"
 #include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -113,135 +113,20 @@ class GroupTracer {
     if (lanes_.LanesOfOctant(active, octant) == active) {
       const GroupInterval interval(lanes_, active, octant);
       if (interval.IsNarrow(task_.scene.bounds.LongestSide())) {
-        return Walk(root, active, memory, TogetherEnter{*this, kPlaneOffsets[octant], interval});
+        return Walk(root, active, memory, TogetherEnter{task_, lanes_, kPlaneOffsets[octant], interval});
       }
     }
-    Walk(root, active, memory, EachEnters{*this});
+    Walk(root, active, memory, EachEnters{task_, lanes_});
   }
 
-  /// What the group has still to look at, the nearest last.
-  struct Open {
-    float distance;  ///< not above where any ray enters it
-    uint32_t word;
-    uint32_t lanes;
-  };
   static constexpr size_t kMostOpen = 256;
   static constexpr RayNumber kLanes[kGroupRays] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                    8, 9, 10, 11, 12, 13, 14, 15};
 
-  /// Planes of a node's children, to be broadcast one child after the other.
-  struct BroadcastPlanes {
-    HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
-
-    HWY_INLINE explicit BroadcastPlanes(const ChildPlanes& planes) {
-      for (int axis = 0; axis < 3; ++axis) {
-        for (size_t part = 0; part < kParts; ++part) {
-          hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);
-          hn::Store(planes.far[part][axis], kEightTag, far[axis] + part * kPartLanes);
-        }
-      }
-    }
-  };
-
-  /// Rays of one octant that run close together: children that none of them enters are left out by
-  /// the interval over all of them.
-  struct TogetherEnter {
-    GroupTracer& tracer;
-    const PlaneOffsets& offsets;
-    const GroupInterval& interval;
-
-    /// What says of boxes in lanes which of them a ray may enter.
-    HWY_INLINE auto MayMeet(uint32_t active) const {
-      return [this, tfar = tracer.LargestTFar(active)](const WideBoxOf<EightPart>& boxes)
-                 HWY_ATTR { return interval.EnterBoxes(boxes, offsets, tfar); };
-    }
-
-    HWY_INLINE void operator()(WideNode& node, uint32_t active, Open* open, size_t& count) const {
-      HWY_ALIGN float entry[WideNode::kWidth];
-      const ChildPlanes planes(node, offsets);
-      const uint32_t entered =
-          interval.EnterChildren(planes, tracer.LargestTFar(active), entry) & node.UsedChildren();
-      if (entered == 0) return;
-      if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(tracer.task_, node, entered);
-      const BroadcastPlanes broadcast(planes);
-      ForEachLane(entered, [&](size_t i) HWY_ATTR {
-        uint32_t lanes = active;
-        if (!interval.is_tight || !node.Child(i).IsInner()) {
-          const GroupLanes& group = tracer.lanes_;
-          V near_planes[3], far_planes[3];
-          for (int axis = 0; axis < 3; ++axis) {
-            near_planes[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
-            far_planes[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
-          }
-          uint64_t enter = 0;
-          for (size_t part = 0; part < kGroupParts; ++part) {
-            V org[3], reciprocal[3];
-            group.LoadPart(part, org, reciprocal);
-            const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
-            const V start = hn::Load(kFloat, group.start + part * Lanes());
-            const V tfar = hn::Load(kFloat, group.tfar + part * Lanes());
-            enter |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
-                     << (part * Lanes());
-          }
-          lanes &= static_cast<uint32_t>(enter);
-          if (lanes == 0) return;
-        }
-        PrefetchChild(tracer.task_.partition, node.Child(i));
-        open[count++] = {entry[i], node.Child(i).bits(), lanes};
-      });
-    }
-  };
-
-  /// Rays that run in any directions: each child against all of them.
-  struct EachEnters {
-    GroupTracer& tracer;
-
-    HWY_INLINE auto MayMeet(uint32_t) const {
-      return [](const WideBoxOf<EightPart>&) { return uint32_t{UINT8_MAX}; };
-    }
-
-    HWY_INLINE void operator()(WideNode& node, uint32_t active, Open* open, size_t& count) const {
-      const GroupLanes& group = tracer.lanes_;
-      const BroadcastPlanes broadcast(ChildPlanes(node, kPlaneOffsets[0]));
-      uint32_t lanes_of[WideNode::kWidth], entered = 0;
-      float nearest[WideNode::kWidth];
-      for (size_t i = 0; i < node.count; ++i) {
-        uint64_t enter = 0;
-        V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
-        for (size_t part = 0; part < kGroupParts; ++part) {
-          V org[3], reciprocal[3];
-          group.LoadPart(part, org, reciprocal);
-          WideBox box;
-          for (int axis = 0; axis < 3; ++axis) {
-            box.lower[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
-            box.upper[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
-          }
-          const Interval inside = IntersectBox(box, org, reciprocal);
-          const V entry = hn::Max(inside.entry, hn::Load(kFloat, group.start + part * Lanes()));
-          const M enters = hn::And(
-              hn::Le(entry, hn::Min(inside.exit, hn::Load(kFloat, group.tfar + part * Lanes()))),
-              MaskOf(active >> (part * Lanes())));
-          enter |= Bits(enters) << (part * Lanes());
-          distance = hn::Min(distance, hn::IfThenElse(enters, entry, distance));
-        }
-        lanes_of[i] = static_cast<uint32_t>(enter);
-        if (enter == 0) continue;
-        entered |= 1u << i;
-        nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
-      }
-      if (entered == 0) return;
-      if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(tracer.task_, node, entered);
-      ForEachLane(entered, [&](size_t i) HWY_ATTR {
-        PrefetchChild(tracer.task_.partition, node.Child(i));
-        open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
-      });
-    }
-  };
-
   /// `enter` opens the children of a node that active lanes enter.
   template <class Enter>
   void Walk(ChildWord child, uint32_t active, ListMemory memory, const Enter& enter) {
-    Open open[kMostOpen];
+    OpenForLanes open[kMostOpen];
     size_t count = 0;
     for (;;) {
       ++visits_;
@@ -273,9 +158,9 @@ class GroupTracer {
     }
   }
 
-  static HWY_INLINE void Sort(Open* open, size_t bottom, size_t count) {
+  static HWY_INLINE void Sort(OpenForLanes* open, size_t bottom, size_t count) {
     for (size_t i = bottom + 1; i < count; ++i) {
-      const Open next = open[i];
+      const OpenForLanes next = open[i];
       size_t place = i;
       for (; place > bottom && open[place - 1].distance < next.distance; --place) {
         open[place] = open[place - 1];
@@ -292,16 +177,6 @@ class GroupTracer {
       within |= Bits(hn::Ge(tfar, hn::Set(kFloat, distance))) << (part * Lanes());
     }
     return lanes & static_cast<uint32_t>(within);
-  }
-
-  HWY_INLINE float LargestTFar(uint32_t lanes) const {
-    V largest = hn::Zero(kFloat);
-    for (size_t part = 0; part < kGroupParts; ++part) {
-      largest =
-          hn::Max(largest, hn::IfThenElseZero(MaskOf(lanes >> (part * Lanes())),
-                                              hn::Load(kFloat, lanes_.tfar + part * Lanes())));
-    }
-    return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
   }
 
   /// The record of the ray in a lane, as it stands now.

@@ -1,0 +1,142 @@
+// The children of a node that the rays of a group enter.
+
+#if defined(DACRT_TRACE_ENTER_GROUP_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_ENTER_GROUP_INL_H_
+#undef DACRT_TRACE_ENTER_GROUP_INL_H_
+#else
+#define DACRT_TRACE_ENTER_GROUP_INL_H_
+#endif
+
+#include <limits>
+
+#include "trace/enter_children-inl.h"
+#include "trace/give_leaves.h"
+#include "trace/group_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// What some lanes of a group have still to look at.
+struct OpenForLanes {
+  float distance;  ///< not above where any of the rays enters it
+  uint32_t word;
+  uint32_t lanes;
+};
+
+/// Planes of a node's children, to be broadcast one child after the other.
+struct BroadcastPlanes {
+  HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];
+
+  HWY_INLINE explicit BroadcastPlanes(const ChildPlanes& planes) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (size_t part = 0; part < kParts; ++part) {
+        hn::Store(planes.near[part][axis], kEightTag, near[axis] + part * kPartLanes);
+        hn::Store(planes.far[part][axis], kEightTag, far[axis] + part * kPartLanes);
+      }
+    }
+  }
+};
+
+/// Rays of one octant that run close together: children that none of them enters are left out by
+/// the interval over all of them.
+struct TogetherEnter {
+  const TraceTask& task;
+  const GroupLanes& group;
+  const PlaneOffsets& offsets;
+  const GroupInterval& interval;
+
+  /// What says of boxes in lanes which of them a ray may enter.
+  HWY_INLINE auto MayMeet(uint32_t active) const {
+    return [this, tfar = group.LargestTFar(active)](const WideBoxOf<EightPart>& boxes)
+               HWY_ATTR { return interval.EnterBoxes(boxes, offsets, tfar); };
+  }
+
+  HWY_INLINE void operator()(WideNode& node, uint32_t active, OpenForLanes* open,
+                             size_t& count) const {
+    HWY_ALIGN float entry[WideNode::kWidth];
+    const ChildPlanes planes(node, offsets);
+    const uint32_t entered =
+        interval.EnterChildren(planes, group.LargestTFar(active), entry) & node.UsedChildren();
+    if (entered == 0) return;
+    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task, node, entered);
+    const BroadcastPlanes broadcast(planes);
+    ForEachLane(entered, [&](size_t i) HWY_ATTR {
+      uint32_t lanes = active;
+      if (!interval.is_tight || !node.Child(i).IsInner()) {
+        V near_planes[3], far_planes[3];
+        for (int axis = 0; axis < 3; ++axis) {
+          near_planes[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
+          far_planes[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
+        }
+        uint64_t enter = 0;
+        for (size_t part = 0; part < kGroupParts; ++part) {
+          V org[3], reciprocal[3];
+          group.LoadPart(part, org, reciprocal);
+          const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
+          const V start = hn::Load(kFloat, group.start + part * Lanes());
+          const V tfar = hn::Load(kFloat, group.tfar + part * Lanes());
+          enter |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
+                   << (part * Lanes());
+        }
+        lanes &= static_cast<uint32_t>(enter);
+        if (lanes == 0) return;
+      }
+      PrefetchChild(task.partition, node.Child(i));
+      open[count++] = {entry[i], node.Child(i).bits(), lanes};
+    });
+  }
+};
+
+/// Rays that run in any directions: each child against all of them.
+struct EachEnters {
+  const TraceTask& task;
+  const GroupLanes& group;
+
+  HWY_INLINE auto MayMeet(uint32_t) const {
+    return [](const WideBoxOf<EightPart>&) { return uint32_t{UINT8_MAX}; };
+  }
+
+  HWY_INLINE void operator()(WideNode& node, uint32_t active, OpenForLanes* open,
+                             size_t& count) const {
+    const BroadcastPlanes broadcast(ChildPlanes(node, kPlaneOffsets[0]));
+    uint32_t lanes_of[WideNode::kWidth], entered = 0;
+    float nearest[WideNode::kWidth];
+    for (size_t i = 0; i < node.count; ++i) {
+      uint64_t enter = 0;
+      V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
+      for (size_t part = 0; part < kGroupParts; ++part) {
+        V org[3], reciprocal[3];
+        group.LoadPart(part, org, reciprocal);
+        WideBox box;
+        for (int axis = 0; axis < 3; ++axis) {
+          box.lower[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
+          box.upper[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
+        }
+        const Interval inside = IntersectBox(box, org, reciprocal);
+        const V entry = hn::Max(inside.entry, hn::Load(kFloat, group.start + part * Lanes()));
+        const M enters = hn::And(
+            hn::Le(entry, hn::Min(inside.exit, hn::Load(kFloat, group.tfar + part * Lanes()))),
+            MaskOf(active >> (part * Lanes())));
+        enter |= Bits(enters) << (part * Lanes());
+        distance = hn::Min(distance, hn::IfThenElse(enters, entry, distance));
+      }
+      lanes_of[i] = static_cast<uint32_t>(enter);
+      if (enter == 0) continue;
+      entered |= 1u << i;
+      nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
+    }
+    if (entered == 0) return;
+    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task, node, entered);
+    ForEachLane(entered, [&](size_t i) HWY_ATTR {
+      PrefetchChild(task.partition, node.Child(i));
+      open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
+    });
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_ENTER_GROUP_INL_H_
