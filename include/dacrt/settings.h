@@ -107,7 +107,7 @@ struct Settings {
   uint32_t threads = 0;
 
   /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where
-  /// rays go and serves all later calls until the scene is gone. A budget below four bytes a
+  /// rays go and serves all later calls until the scene is gone. A budget below five bytes a
   /// triangle and a little more counts as one of so much. With 0 nothing is kept, and each call
   /// partitions anew, as published; so it is with methods other than kNabata2013.
   uint64_t budget = kDefaultBudget;

@@ -45,7 +45,9 @@ Kernels ChooseKernels(InstructionSet limit, InstructionSet& chosen) {
   }
   hwy::ChosenTarget target;
   target.Update(allowed);
-  const std::size_t index = target.GetIndex();
+  // Where Highway compiles for one instruction set only its tables have one entry.
+  constexpr bool kHasOneTarget = (HWY_TARGETS & (HWY_TARGETS - 1)) == 0;
+  const std::size_t index = kHasOneTarget ? 0 : target.GetIndex();
   return {PaperKernelsFor(index), PartitionKernelsFor(index), TraceKernelsFor(index),
           QueryPointFor(index)};
 }

@@ -56,11 +56,14 @@ struct Extent {
     static_assert(offsetof(Corners, upper) == offsetof(Corners, lower) + 4 * sizeof(float));
     HWY_ALIGN static constexpr uint32_t kNegateUpper[8] = {
         0, 0, 0, 0, 0x80000000u, 0x80000000u, 0x80000000u, 0x80000000u};
+    // All of them, of which `lower` is a part.
+    const float* const floats = reinterpret_cast<const float*>(
+        reinterpret_cast<const char*>(&corners) + offsetof(Corners, lower));
     Extent extent;
     for (size_t i = 0; i < kExtentParts; ++i) {
       const size_t lane = i * hn::MaxLanes(kExtentTag);
       const auto signs = hn::Load(kExtentTag, reinterpret_cast<const float*>(kNegateUpper) + lane);
-      extent.part[i] = hn::Xor(hn::LoadU(kExtentTag, corners.lower + lane), signs);
+      extent.part[i] = hn::Xor(hn::LoadU(kExtentTag, floats + lane), signs);
     }
     return extent;
   }

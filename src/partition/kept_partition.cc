@@ -12,7 +12,9 @@ std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
 /// to take. Quads and cells of grids fill two lanes of a leaf.
-std::size_t NodesFor(std::size_t lanes) { return 16 + lanes / 28; }
+std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
+  return 16 + lanes * kLeafLanes / (28 * leaf_lanes);
+}
 
 std::size_t LanesOf(const MeshTable& meshes) {
   std::size_t lanes = meshes.triangle_count();
@@ -36,12 +38,17 @@ std::size_t HeadBytes(std::size_t triangles) {
          RoundUp(sizeof(Subset) * SubsetsFor(triangles), alignof(WideNode));
 }
 
+/// Leaves of the least budget, and its nodes: subsets have several hundred triangles, and need a
+/// few nodes each.
+constexpr std::size_t kMostLeafLanes = 8 * kLeafLanes;
+std::size_t LeastNodes(std::size_t triangles) { return 16 + triangles / 170; }
+
 constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
 
 }  // namespace
 
 std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
-  return HeadBytes(triangles) + sizeof(WideNode) * (16 + triangles / 1024) + kReadBehind;
+  return HeadBytes(triangles) + sizeof(WideNode) * LeastNodes(triangles) + kReadBehind;
 }
 
 std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
@@ -67,6 +74,12 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   leaf_room_ = leaf_units_ > 0;
   // Half of the leaves at least should find room.
   if (leaf_units_ * kLeafUnit < kLeafBytes / 2 * most) leaf_lanes_ = 2 * kLeafLanes;
+  // Larger ones where nodes over those would not find room: what a large leaf costs is little
+  // beside a subset without nodes, of which every triangle is tested.
+  while (leaf_lanes_ < kMostLeafLanes &&
+         NodesFor(LanesOf(meshes), leaf_lanes_) * kUnitsANode > room_units_) {
+    leaf_lanes_ *= 2;
+  }
 
   List(list, tasks);
   subset_count_ = 1;

@@ -83,8 +83,8 @@ class KeptPartition {
   static constexpr std::size_t kReadBehind = 64;
 
   /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
-  /// bytes; a budget that does not hold the triangles and a hundredth of a byte more for each
-  /// counts as one that just does. `account`, if there is one, hears of them, and of the memory
+  /// bytes; a budget that does not hold the triangles and a byte more for each counts as one that
+  /// just does. `account`, if there is one, hears of them, and of the memory
   /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
   KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks,
                 const MemoryAccount* account = nullptr);

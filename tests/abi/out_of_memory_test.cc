@@ -18,11 +18,7 @@
 #include <new>
 #include <vector>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DACRT_TEST_SANITIZED 1
-#else
-#define DACRT_TEST_SANITIZED 0
-#endif
+#include "sanitized.h"
 
 namespace {
 

@@ -96,7 +96,9 @@ std::unique_ptr<Isolated> Start(const Campaign& campaign, const Share& share) {
 /// How a process ended in the middle of the work.
 std::string ReasonOf(const Ending& ending) {
   return std::string(Name(ending.progress.in_real_library ? Library::kReal : Library::kDropIn)) +
-         " ends the process with signal " + std::to_string(ending.signal);
+         " ends the process with " +
+         (ending.signal ? "signal " + std::to_string(ending.signal)
+                        : "exit code " + std::to_string(ending.exit_code));
 }
 
 /// Runs a world in a process of its own. Writes what is wrong, and then tells it; nothing if it is
@@ -112,7 +114,7 @@ std::optional<Finding> RunIsolated(const Opponents& opponents, const World& worl
     if (failure) write(failure->finding.description);
   });
   const Ending ending = process.Wait();
-  if (ending.signal != 0) return Finding{ReasonOf(ending), "", 0};
+  if (!ending.IsDone()) return Finding{ReasonOf(ending), "", 0};
   CampaignResult result;
   std::istringstream text(ending.output);
   std::string line, description;
@@ -192,7 +194,7 @@ CampaignResult RunCampaign(const Campaign& campaign) {
       const Ending ending = running[i].process->Wait();
       std::istringstream text(ending.output);
       for (std::string line; std::getline(text, line);) Message::Read(line, result);
-      if (ending.signal != 0) {
+      if (!ending.IsDone()) {
         const uint64_t seed = ending.progress.seed;
         if (ending.progress.in_real_library || campaign.opponents.real_alone) {
           result.ended_by_real.push_back(seed);

@@ -1,5 +1,6 @@
 // A fixed share of random worlds, and the worlds that failed once.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "campaign.h"
+#include "isolation.h"
 #include "world_text.h"
 
 namespace dacrt::tests {
@@ -31,6 +33,18 @@ void Check(const Campaign& campaign) {
   EXPECT_EQ(result.failures.size(), 0u);
   // Few worlds end the real library's process.
   EXPECT_GE(result.worlds, campaign.worlds * 9 / 10);
+}
+
+// A process that ended itself with an exit code, as a sanitizer does, was taken for one that was done.
+TEST(Isolation, AProcessThatExitsIsNotDone) {
+  const auto ending = [](int exit_code) {
+    return Isolated([=](const Isolated::Write&, Progress&) {
+             if (exit_code != 0) _exit(exit_code);
+           })
+        .Wait();
+  };
+  EXPECT_TRUE(ending(0).IsDone());
+  EXPECT_FALSE(ending(3).IsDone());
 }
 
 /// The real library's other kernels must be explained by the same rules, or the rules are wrong.

@@ -76,6 +76,7 @@ Ending Isolated::Wait() {
   waitpid(process_, &status, 0);
   Ending ending;
   if (WIFSIGNALED(status)) ending.signal = WTERMSIG(status);
+  if (WIFEXITED(status)) ending.exit_code = WEXITSTATUS(status);
   ending.progress = *progress_;
   ending.output = std::move(output_);
   return ending;

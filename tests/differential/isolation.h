@@ -17,9 +17,12 @@ struct Progress {
 };
 
 struct Ending {
-  int signal = 0;      ///< that ended the process; 0 if the work was done
+  int signal = 0;      ///< that ended the process
+  int exit_code = 0;   ///< of one that ended itself, as a sanitizer does; 0 if the work was done
   Progress progress;   ///< where it ended
   std::string output;  ///< what it had written until then
+
+  bool IsDone() const { return signal == 0 && exit_code == 0; }
 };
 
 /// A process that does some work.

@@ -23,13 +23,8 @@
 #include "dacrt/dacrt.h"
 #include "partition/grid.h"
 #include "runtime/tasks.h"
+#include "sanitized.h"
 #include "unit_test.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define DACRT_TEST_SANITIZED 1
-#else
-#define DACRT_TEST_SANITIZED 0
-#endif
 
 namespace {
 
