@@ -89,8 +89,10 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   /// `context_filter` says that the context's filter function counts.
   dacrt::Geometry Describe(uint32_t geometry_id, bool context_filter);
 
-  /// What must stay alive beside this while Describe's result is used.
-  std::vector<std::shared_ptr<const Buffer>> UsedBuffers() const { return buffers_.Used(); }
+  /// Adds what must stay alive beside this while Describe's result is used.
+  void AddUsedBuffers(std::vector<std::shared_ptr<const void>>& used) const {
+    buffers_.AddUsed(used);
+  }
 
  private:
   bool IsUser() const { return type_ == RTC_GEOMETRY_TYPE_USER; }

@@ -291,12 +291,14 @@ void GeometryBuffers::Describe(dacrt::Geometry& geometry) const {
   geometry.primitive_count = IsPoint(geometry_type_) ? geometry.vertex_count : primitives_.count;
 }
 
-std::vector<std::shared_ptr<const Buffer>> GeometryBuffers::Used() const {
-  std::vector<std::shared_ptr<const Buffer>> used{primitives_.buffer};
+void GeometryBuffers::AddUsed(std::vector<std::shared_ptr<const void>>& used) const {
+  const auto add = [&](const BufferView& view) {
+    if (view.buffer) used.push_back(view.buffer);
+  };
+  add(primitives_);
   for (const auto* views : {&vertices_, &normals_}) {
-    for (const BufferView& view : *views) used.push_back(view.buffer);
+    for (const BufferView& view : *views) add(view);
   }
-  return used;
 }
 
 }  // namespace dacrt::compat

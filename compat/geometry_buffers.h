@@ -45,8 +45,8 @@ class GeometryBuffers {
   /// Puts arrays and counts into `geometry`, which has no primitives until all buffers are set.
   void Describe(dacrt::Geometry& geometry) const;
 
-  /// What must stay alive while the arrays are used.
-  std::vector<std::shared_ptr<const Buffer>> Used() const;
+  /// Adds what must stay alive while the arrays are used.
+  void AddUsed(std::vector<std::shared_ptr<const void>>& used) const;
 
  private:
   BufferView& Place(RTCBufferType type, unsigned int slot);

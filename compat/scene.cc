@@ -129,11 +129,10 @@ void Scene::Commit() {
   Install(selection, std::make_shared<Snapshot>(*device_, selection, nullptr));
 }
 
-Scene::Snapshot::Snapshot(Device& device, Selection selection, const Snapshot* previous)
+Scene::Snapshot::Snapshot(Device& device, const Selection& selection, const Snapshot* previous)
     : has_instances_(std::any_of(
           selection.geometries.begin(), selection.geometries.end(),
           [](const dacrt::Geometry& geometry) { return geometry.shape == Shape::kInstance; })),
-      used_(std::move(selection.used)),
       scene_(previous && !device.ranks()
                  ? dacrt::Scene(device.engine(), selection.geometries, OptionsFor(selection),
                                 previous->scene_)
@@ -189,6 +188,8 @@ Scene::Selection Scene::Select() const {
   selection.revision = revision_;
   selection.flags = flags_;
   selection.always_refit = true;
+  selection.versions.reserve(geometries_.size());
+  selection.geometries.reserve(geometries_.size());
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
   for (const auto& [id, attached] : geometries_) {
     Geometry& geometry = *attached.geometry;
@@ -200,7 +201,7 @@ Scene::Selection Scene::Select() const {
     // may get next.
     if (!IsInstance(geometry)) {
       selection.used.push_back(attached.geometry);  // Callbacks refer to it.
-      for (auto& buffer : geometry.UsedBuffers()) selection.used.push_back(std::move(buffer));
+      geometry.AddUsedBuffers(selection.used);
     }
     selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
@@ -208,15 +209,19 @@ Scene::Selection Scene::Select() const {
   return selection;
 }
 
-bool Scene::Install(const Selection& selection, std::shared_ptr<Snapshot> snapshot) {
+bool Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
   if (snapshot->takes_over()) {
     if (snapshot_.use_count() > 1) return false;
     snapshot->TakeOver(*snapshot_);
   }
+  snapshot->Keep(std::move(selection.used));
+  // Both are in the order of IDs.
+  auto place = geometries_.begin();
   for (const auto& [id, version] : selection.versions) {
-    const auto place = geometries_.find(id);
-    if (place != geometries_.end()) place->second.committed_version = version;
+    while (place != geometries_.end() && place->first < id) ++place;
+    if (place == geometries_.end()) break;
+    if (place->first == id) place->second.committed_version = version;
   }
   committed_revision_ = selection.revision;
   committed_flags_ = selection.flags;

@@ -100,7 +100,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   class Snapshot {
    public:
     /// In the place of `previous`, unless that is null.
-    Snapshot(Device& device, Selection selection, const Snapshot* previous);
+    Snapshot(Device& device, const Selection& selection, const Snapshot* previous);
     Snapshot(const Snapshot&) = delete;
     Snapshot& operator=(const Snapshot&) = delete;
 
@@ -109,6 +109,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
     /// Whether the scene will take over what the previous one keeps, which is then done for.
     bool takes_over() const { return scene_.takes_over(); }
     void TakeOver(Snapshot& previous) noexcept { scene_.TakeOver(previous.scene_); }
+
+    /// Keeps what the scene refers to as long as it is there.
+    void Keep(std::vector<std::shared_ptr<const void>> used) { used_ = std::move(used); }
 
     /// The same scene, as several ranks have it; null without.
     mpi::GroupScene* shared() const { return shared_.get(); }
@@ -133,7 +136,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   bool NeedsCommit() const;
   Selection Select() const;
   /// False, and nothing is done, if the snapshot takes over another one that others use by now.
-  bool Install(const Selection& selection, std::shared_ptr<Snapshot> snapshot);
+  bool Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
   void ReportProgress(double done) const;
 
   const std::shared_ptr<Device> device_;

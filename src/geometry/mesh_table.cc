@@ -65,6 +65,8 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
   });
   std::vector<Geometry> sorted;
   std::vector<const SceneParts*> sorted_scenes;
+  sorted.reserve(order.size());
+  sorted_scenes.reserve(order.size());
   for (const std::size_t i : order) {
     sorted.push_back(geometries[i]);
     sorted_scenes.push_back(scenes[i]);

@@ -34,20 +34,17 @@ class InstanceRays {
         inner_(task.instance_memory) {
     const Shapes& shapes = task.scene.meshes.shapes();
     is_moving_ = shapes.IsMoving(mesh);
-    transform_ = shapes.ToInstance(mesh, 0);
+    SetTransform(shapes.ToInstance(mesh, 0));
   }
 
   void Add(RayNumber number) {
     const RayRecord& outer = task_.rays[number];
     if (is_moving_ && (count_ == 0 || outer.time != time_)) {
       time_ = outer.time;
-      transform_ = task_.scene.meshes.shapes().ToInstance(mesh_, time_);
+      SetTransform(task_.scene.meshes.shapes().ToInstance(mesh_, time_));
     }
     RayRecord& ray = inner_.rays[count_];
-    ray = outer;
-    Transform(outer.org, true, ray.org);
-    Transform(outer.dir, false, ray.dir);
-    SetReciprocals(ray);
+    Transform(outer, ray);
     if (HasFullHit(ray)) inner_.hits[count_] = task_.hits[number];
     if (ray.state & RayRecord::kInLeaf) ray.state |= RayRecord::kOfOuter;
     outer_[count_] = number;
@@ -110,20 +107,55 @@ class InstanceRays {
     task_.hits[outer_[i]] = hit;
   }
 
-  void Transform(const float* vector, bool is_point, float* out) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      float value = is_point ? transform_.column[3][axis] : 0.0f;
-      for (int i = 2; i >= 0; --i) value = std::fma(vector[i], transform_.column[i][axis], value);
-      out[axis] = value;
-    }
+  void SetTransform(const AffineTransform& transform) {
+    for (int i = 0; i < 4; ++i) std::copy_n(transform.column[i], 3, columns_[i]);
   }
+
+#if HWY_NATIVE_FMA && HWY_TARGET != HWY_SCALAR
+  /// Writes a ray as it is in the instance. By vectors: what is stored in parts cannot be loaded as
+  /// a whole soon after.
+  HWY_INLINE void Transform(const RayRecord& outer, RayRecord& ray) const {
+    static_assert(kCornerParts == 1);
+    ray = outer;
+    const auto xyz = hn::FirstN(kCornerTag, 3);
+    const auto map = [&](const float* vector, CornerPart value) HWY_ATTR {
+      for (int i = 2; i >= 0; --i) {
+        value =
+            hn::MulAdd(hn::Set(kCornerTag, vector[i]), hn::Load(kCornerTag, columns_[i]), value);
+      }
+      return value;
+    };
+    // What stands behind each three values stays.
+    const auto put = [&](CornerPart value, const float* before, float* out) HWY_ATTR {
+      hn::Store(hn::IfThenElse(xyz, value, hn::Load(kCornerTag, before)), kCornerTag, out);
+    };
+    const auto dir = map(outer.dir, hn::Zero(kCornerTag));
+    put(map(outer.org, hn::Load(kCornerTag, columns_[3])), outer.org, ray.org);
+    put(dir, outer.dir, ray.dir);
+    put(SafeReciprocal(dir), outer.reciprocal, ray.reciprocal);
+  }
+#else
+  void Transform(const RayRecord& outer, RayRecord& ray) const {
+    ray = outer;
+    for (int axis = 0; axis < 3; ++axis) {
+      float org = columns_[3][axis], dir = 0;
+      for (int i = 2; i >= 0; --i) {
+        org = std::fma(outer.org[i], columns_[i][axis], org);
+        dir = std::fma(outer.dir[i], columns_[i][axis], dir);
+      }
+      ray.org[axis] = org;
+      ray.dir[axis] = dir;
+    }
+    SetReciprocals(ray);
+  }
+#endif
 
   const TraceTask& task_;
   const uint32_t mesh_;
   const SceneParts& scene_;
   const ListMemory memory_;
   const InstanceMemory& inner_;
-  AffineTransform transform_;
+  HWY_ALIGN float columns_[4][4] = {};
   bool is_moving_;
   float time_ = 0;
   RayNumber outer_[InstanceMemory::kRays];

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 
+#include "geometry/fetch_corners.h"
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
 #include "runtime/assert.h"
@@ -227,19 +228,14 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
 
 /// Renews the vertices of still triangles. False if that is not all that a leaf holds, or corners
 /// have come apart.
-bool RenewTriangles(const MeshTable& meshes, const uint32_t* order, LeafBlock& block) {
-  if (block.kind != LeafKind::kFacets || block.is_timed || block.second != 0 || !block.is_last) {
-    return false;
-  }
+bool RenewTriangles(const MeshTable& meshes, const LeafItems& items, LeafBlock& block) {
+  if (!items.is_plain) return false;
+  DACRT_ASSERT(block.IsPlain() && block.second == 0 && block.lanes == items.count);
   const std::size_t vertices = block.vertices;
   float* const data = const_cast<float*>(block.vertex_data());
   uint32_t written = 0;
   for (std::size_t lane = 0; lane < block.lanes; ++lane) {
-    const uint32_t number = KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
-    const MeshTable::Name name =
-        block.geometry == LeafBlock::kSeveral
-            ? meshes.Locate(number)
-            : MeshTable::Name{block.geometry, number - meshes.Number(block.geometry, 0)};
+    const MeshTable::Name name = items.names[lane];
     Corners corners;
     if (!meshes.ReadCorners(name.mesh, name.primitive, corners)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -259,13 +255,40 @@ bool RenewTriangles(const MeshTable& meshes, const uint32_t* order, LeafBlock& b
 
 }  // namespace
 
-bool RenewLeaf(const MeshTable& meshes, const uint32_t* order, std::size_t room,
+LeafItems FindItems(const MeshTable& meshes, const uint32_t* order, uint32_t first,
+                    std::size_t most) {
+  LeafItems items;
+  std::size_t lanes = 0;
+  while (!items.is_last && items.count < most) {
+    const uint32_t entry = order[first + items.count];
+    const MeshTable::Name name = meshes.Locate(KeptOrder::NumberOf(entry));
+    lanes += meshes.LanesOf(name.mesh);
+    if (items.count > 0 && lanes > kLeafLanes) break;
+    items.names[items.count++] = name;
+    items.is_plain &= meshes.HasTriangles(name.mesh);
+    items.is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
+  }
+  return items;
+}
+
+void FetchIndices(const MeshTable& meshes, const LeafItems& items) {
+  for (std::size_t i = 0; i < items.count && items.is_plain; ++i) {
+    FetchIndices(meshes, items.names[i]);
+  }
+}
+
+void FetchVertices(const MeshTable& meshes, const LeafItems& items) {
+  for (std::size_t i = 0; i < items.count && items.is_plain; ++i) {
+    FetchCorners(meshes, items.names[i]);
+  }
+}
+
+bool RenewLeaf(const MeshTable& meshes, const LeafItems& items, std::size_t room,
                std::byte* blocks) {
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-  if (RenewTriangles(meshes, order, block)) return true;
+  if (RenewTriangles(meshes, items, block)) return true;
   alignas(LeafBlock) std::byte made[kMostLeafBytes];
-  const MadeLeaf leaf =
-      MakeLeaf(meshes, order, block.first, kLeafLanes, SharedVertices::kFind, made);
+  const MadeLeaf leaf = MakeLeaf(meshes, items, block.first, SharedVertices::kFind, made);
   if (!leaf.is_whole || leaf.bytes > room) return false;
   std::memcpy(blocks, made, leaf.bytes);
   return true;
@@ -273,22 +296,19 @@ bool RenewLeaf(const MeshTable& meshes, const uint32_t* order, std::size_t room,
 
 MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
                   SharedVertices shared, std::byte* blocks) {
-  MeshTable::Name names[kLeafLanes];
-  std::size_t count = 0, lanes = 0;
-  bool is_last = false, is_plain = true;
-  while (!is_last && count < most) {
-    const uint32_t entry = order[first + count];
-    const MeshTable::Name name = meshes.Locate(KeptOrder::NumberOf(entry));
-    lanes += meshes.LanesOf(name.mesh);
-    if (count > 0 && lanes > kLeafLanes) break;
-    names[count++] = name;
-    is_plain &= meshes.HasTriangles(name.mesh);
-    is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
-  }
-  if (is_plain) {
+  const LeafItems items = FindItems(meshes, order, first, most);
+  FetchVertices(meshes, items);
+  return MakeLeaf(meshes, items, first, shared, blocks);
+}
+
+MadeLeaf MakeLeaf(const MeshTable& meshes, const LeafItems& all, uint32_t first,
+                  SharedVertices shared, std::byte* blocks) {
+  const MeshTable::Name* const names = all.names;
+  const std::size_t count = all.count;
+  if (all.is_plain) {
     auto& block = *reinterpret_cast<LeafBlock*>(blocks);
     WriteTriangles(meshes, names, count, first, shared, block);
-    return {block.Bytes(), count, is_last};
+    return {block.Bytes(), count, all.is_last};
   }
   std::size_t bytes = 0;
   // Blocks with a place for each corner are large: there is room for one.
@@ -311,7 +331,7 @@ MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first
     bytes += block.Bytes();
     DACRT_ASSERT(bytes + KeptPartition::kReadBehind <= kMostLeafBytes);
   }
-  return {bytes, count, is_last};
+  return {bytes, count, all.is_last};
 }
 
 }  // namespace dacrt

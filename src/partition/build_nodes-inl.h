@@ -56,7 +56,7 @@ class Opening {
 
  private:
   void Split(size_t open, const Kind& kind, TriangleRef* refs, SubsetScratch& scratch) {
-    const WeighedChildren halves = SplitBySurface(kind, refs, children_[open], scratch);
+    const WeighedChildren halves = SplitRange(kind, refs, children_[open], scratch);
     std::copy_backward(children_ + open + 1, children_ + count_, children_ + count_ + 1);
     DACRT_ASSERT(halves.left.range.count() > 0 && halves.right.range.count() > 0);
     children_[open] = halves.left;

@@ -8,12 +8,9 @@
 #define DACRT_PARTITION_READ_AHEAD_INL_H_
 #endif
 
-#include <hwy/cache_control.h>
-
-#include <cstring>
 #include <span>
 
-#include "geometry/mesh_table.h"
+#include "geometry/fetch_corners.h"
 #include "partition/kept_partition.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -48,13 +45,11 @@ class ReadAhead {
   HWY_INLINE MeshTable::Name Next() {
     if (next_ + kFar < order_.size()) {
       const MeshTable::Name name = far_.Find(KeptOrder::NumberOf(order_[next_ + kFar]));
-      if (meshes_.HasTriangles(name.mesh)) {
-        hwy::Prefetch(meshes_.IndicesOf(name.mesh, name.primitive));
-      }
+      if (meshes_.HasTriangles(name.mesh)) FetchIndices(meshes_, name);
     }
     if (next_ + kNear < order_.size()) {
       const MeshTable::Name name = near_.Find(KeptOrder::NumberOf(order_[next_ + kNear]));
-      if (meshes_.HasTriangles(name.mesh)) PrefetchVertices(name);
+      if (meshes_.HasTriangles(name.mesh)) FetchCorners(meshes_, name);
     }
     return now_.Find(KeptOrder::NumberOf(order_[next_++]));
   }
@@ -62,17 +57,6 @@ class ReadAhead {
  private:
   /// Triangles ahead of which indices are fetched, and vertices.
   static constexpr size_t kFar = 24, kNear = 12;
-
-  HWY_INLINE void PrefetchVertices(MeshTable::Name name) const {
-    const TriangleMesh& mesh = meshes_[name.mesh];
-    uint32_t index[3];
-    memcpy(index, meshes_.IndicesOf(name.mesh, name.primitive), sizeof(index));
-    // Fetching does not fail, whatever the address.
-    for (const uint32_t i : index) {
-      hwy::Prefetch(reinterpret_cast<const char*>(reinterpret_cast<uintptr_t>(mesh.vertices) +
-                                                  i * mesh.vertex_stride));
-    }
-  }
 
   const MeshTable& meshes_;
   const std::span<const uint32_t> order_;

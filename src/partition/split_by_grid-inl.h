@@ -210,9 +210,40 @@ inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, SubsetScratch* 
   return SplitInPlace(kept, subset);
 }
 
+/// Ends what began when Subset::kBeingSplit was put in the place of a subset's root.
+inline void Publish(KeptPartition& kept, Subset& subset, uint32_t root) {
+  DACRT_ASSERT(subset.root == Subset::kBeingSplit);
+  subset.root.store(root, std::memory_order_release);
+  subset.root.notify_all();
+  if (Subset::IsNode(root) && subset.parent != Subset::kNowhere) {
+    kept.node(subset.parent / WideNode::kWidth)
+        .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
+  }
+}
+
+/// Something to do while another thread splits a subset: splits one that stands beside it in its
+/// node, where rays are likely to come next. False if there is none.
+inline bool SplitNeighbour(KeptPartition& kept, const Subset& subset, SubsetScratch& scratch) {
+  if (subset.parent == Subset::kNowhere) return false;
+  const WideNode& node = kept.node(subset.parent / WideNode::kWidth);
+  for (size_t i = 0; i < node.count; ++i) {
+    const ChildWord child = node.Child(i);
+    if (!child.IsSubset()) continue;
+    Subset& other = kept.subset(child.number());
+    uint32_t unsplit = Subset::kUnsplit;
+    if (other.count > SubsetScratch::kTriangles ||
+        !other.root.compare_exchange_strong(unsplit, Subset::kBeingSplit)) {
+      continue;
+    }
+    Publish(kept, other, SplitSmallSubset(kept, other, scratch));
+    return true;
+  }
+  return false;
+}
+
 /// The root of a subset, which is split now if it is not yet, or if its triangles have moved too
-/// far; Subset::kNoRoom if the budget does
-/// not allow it. Threads that come while another one splits it wait. `tasks` as for SplitByGrid.
+/// far; Subset::kNoRoom if the budget does not allow it. Threads that come while another one splits
+/// it split others beside it, or wait. `tasks` as for SplitByGrid.
 ///
 /// Where there is no memory to split a small subset, `otherwise()` is called while nobody else can
 /// split it, and nothing is returned.
@@ -229,33 +260,26 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
         subset.root.compare_exchange_strong(before, Subset::kBeingSplit)) {
       break;
     }
-    subset.root.wait(Subset::kBeingSplit);
+    if (!scratch || !SplitNeighbour(kept, subset, *scratch)) {
+      subset.root.wait(Subset::kBeingSplit);
+    }
   }
-  const auto publish = [&](uint32_t root) {
-    DACRT_ASSERT(subset.root == Subset::kBeingSplit);
-    subset.root.store(root, std::memory_order_release);
-    subset.root.notify_all();
-  };
   try {
     if (Subset::IsStale(before) && !scratch) throw std::bad_alloc();
     const uint32_t root = Subset::IsStale(before)
                               ? SplitAnew(kept, subset, before & ~Subset::kStale, *scratch)
                               : SplitSubset(kept, subset, scratch, tasks);
-    publish(root);
-    if (Subset::IsNode(root) && subset.parent != Subset::kNowhere) {
-      kept.node(subset.parent / WideNode::kWidth)
-          .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
-    }
+    Publish(kept, subset, root);
     return root;
   } catch (const std::bad_alloc&) {
   }
   try {
     otherwise();
   } catch (...) {
-    publish(before);
+    Publish(kept, subset, before);
     throw;
   }
-  publish(before);  // there may be memory the next time
+  Publish(kept, subset, before);  // there may be memory the next time
   return std::nullopt;
 }
 

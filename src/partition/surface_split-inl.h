@@ -69,8 +69,8 @@ inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range
 /// The best split of a range of at least two references by the surfaces of its sides, with the
 /// references moved; two halves by count if no split by bins has something on both sides.
 template <class Kind>
-inline WeighedChildren SplitBySurface(const Kind& kind, TriangleRef* refs,
-                                      const WeighedRange& parent, SubsetScratch& scratch) {
+inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const WeighedRange& parent,
+                                  SubsetScratch& scratch) {
   const TriangleRange& range = parent.range;
   const uint32_t bins = SurfaceBins(range.count());
   const BinMap map(range.centers, bins);

@@ -61,8 +61,7 @@ struct SubsetScratch {
 
   TriangleRef refs[kTriangles];
   TriangleRef spare[kTriangles];  ///< for references that move
-  TriangleRef clusters[kTriangles];
-  uint32_t codes[2][kTriangles];  ///< see cluster_triangles-inl.h
+  uint32_t codes[2][kTriangles];  ///< see split_along_curve-inl.h
   WideNode nodes[kNodes];
   uint32_t order[kTriangles];
   bool is_last[kTriangles];  ///< of its leaf

@@ -1,7 +1,11 @@
 #include "trace/give_leaves.h"
 
+#include <hwy/cache_control.h>
+
+#include <array>
 #include <bit>
 #include <cstring>
+#include <span>
 
 #include "leaf/leaf_block.h"
 #include "leaf/make_leaf.h"
@@ -10,30 +14,61 @@
 namespace dacrt {
 namespace {
 
+/// A leaf that is to have a copy.
+struct BareLeaf {
+  std::size_t child;
+  uint32_t first;  ///< place of its first item in the order
+  LeafItems items;
+};
+
 /// Renews a copy. If the geometry has no room in it any more, the leaf goes without.
-void Renew(KeptPartition& kept, WideNode& node, std::size_t i) {
-  const uint32_t place = node.Child(i).block();
-  std::byte* const blocks = kept.leaf(place);
-  const uint32_t first = reinterpret_cast<const LeafBlock*>(blocks)->first;
+void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf) {
+  const uint32_t place = node.Child(leaf.child).block();
   const std::size_t room = kept.RoomOfLeaf(place);
-  if (RenewLeaf(kept.meshes(), kept.triangles().data(), room, blocks)) return;
+  if (RenewLeaf(kept.meshes(), leaf.items, room, kept.leaf(place))) return;
   kept.Lose(room);
-  node.SetChild(i, ChildWord::Range(first));
+  node.SetChild(leaf.child, ChildWord::Range(leaf.first));
 }
 
-void Copy(KeptPartition& kept, WideNode& node, std::size_t i) {
+void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf) {
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
-  MadeLeaf leaf;
+  MadeLeaf made;
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
-    leaf = MakeLeaf(kept.meshes(), kept.triangles().data(), node.Child(i).range(), kLeafLanes,
-                    shared, blocks);
-    return leaf.is_whole && kept.AllocateLeaf(leaf.bytes, place);
+    made = MakeLeaf(kept.meshes(), leaf.items, leaf.first, shared, blocks);
+    return made.is_whole && kept.AllocateLeaf(made.bytes, place);
   };
   const bool is_small = kept.triangle_count() <= policy::kSmallScene;
   if (!(is_small && make(SharedVertices::kRepeat)) && !make(SharedVertices::kFind)) return;
-  std::memcpy(kept.leaf(place), blocks, leaf.bytes);
-  node.SetChild(i, ChildWord::Block(place));
+  std::memcpy(kept.leaf(place), blocks, made.bytes);
+  node.SetChild(leaf.child, ChildWord::Block(place));
+}
+
+/// Finds the items of some leaves of a node. What they are made of is being fetched then.
+std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, uint32_t bare,
+                                   std::span<BareLeaf, WideNode::kWidth> all) {
+  std::size_t count = 0;
+  for (uint32_t left = bare; left != 0; left &= left - 1) {
+    const auto child = static_cast<std::size_t>(std::countr_zero(left));
+    all[count++].child = child;
+    if (node.Child(child).IsBlock()) hwy::Prefetch(kept.leaf(node.Child(child).block()));
+  }
+  const std::span<BareLeaf> leaves = all.first(count);
+  const MeshTable& meshes = kept.meshes();
+  const uint32_t* const order = kept.triangles().data();
+  for (BareLeaf& leaf : leaves) {
+    const ChildWord word = node.Child(leaf.child);
+    leaf.first = word.IsRange()
+                     ? word.range()
+                     : reinterpret_cast<const LeafBlock*>(kept.leaf(word.block()))->first;
+    hwy::Prefetch(order + leaf.first);
+  }
+  for (BareLeaf& leaf : leaves) {
+    leaf.items = FindItems(meshes, order, leaf.first, kLeafLanes);
+    FetchIndices(meshes, leaf.items);
+  }
+  for (const BareLeaf& leaf : leaves) FetchVertices(meshes, leaf.items);
+  return leaves;
 }
 
 }  // namespace
@@ -45,12 +80,14 @@ void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered)
     node.WaitForLeaves();
   }
   KeptPartition& kept = *task.scene.kept;
-  for (uint32_t left = node.BareLeaves(entered); left != 0; left &= left - 1) {
-    const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    if (node.StaleLeaves(1u << i) != 0) Renew(kept, node, i);
-    if (node.Child(i).IsRange() && kept.HasLeafRoom()) Copy(kept, node, i);
-    node.SetLeavesDone(1u << i);
+  const uint32_t bare = node.BareLeaves(entered);
+  const uint32_t stale = node.StaleLeaves(bare);
+  std::array<BareLeaf, WideNode::kWidth> room;
+  for (const BareLeaf& leaf : FindBareLeaves(kept, node, kept.HasLeafRoom() ? bare : stale, room)) {
+    if (stale >> leaf.child & 1) Renew(kept, node, leaf);
+    if (node.Child(leaf.child).IsRange() && kept.HasLeafRoom()) Copy(kept, node, leaf);
   }
+  node.SetLeavesDone(bare);
   node.UnlockLeaves();
 }
 

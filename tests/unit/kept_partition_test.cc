@@ -529,17 +529,20 @@ void NodesAndLeavesNeverMeet() {
   }
 }
 
-// Where leaves take all that they may, a whole partition still has its nodes.
+// Where leaves take all that they may, a whole partition still has its nodes, however it is split.
 void LeavesLeaveRoomForNodes() {
   Random random(32);
   constexpr size_t kTriangles = 30000;
   const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.03f);
-  Kept kept({mesh}, 32 * kTriangles);
-  uint32_t place;
-  size_t leaves = 0;
-  while (kept.partition.AllocateLeaf(100, place)) ++leaves;
-  EXPECT_GT(100 * leaves, 15 * kTriangles);
-  Walker(kept).Walk(true);
+  for (const bool is_short_lived : {false, true}) {
+    Kept kept({mesh}, 32 * kTriangles);
+    if (is_short_lived) kept.partition.SetShortLived();
+    uint32_t place;
+    size_t leaves = 0;
+    while (kept.partition.AllocateLeaf(100, place)) ++leaves;
+    EXPECT_GT(100 * leaves, 15 * kTriangles);
+    Walker(kept).Walk(true);
+  }
 }
 
 // Without room for a leaf the order still says what is in it.
@@ -599,6 +602,31 @@ void ThreadsTogetherSplitAsOneDoes() {
     ASSERT_EQ(memcmp(&a, &b, sizeof(WideNode)), 0) << node;
   }
   Walker(by_all).Walk(true);
+}
+
+// While one thread splits a subset, another one that comes there splits those beside it.
+void WhoWouldWaitSplitsANeighbour() {
+  Random random(10);
+  Kept kept({unit::MakeSoup(random, 20000, 1, 0.05f)}, kPlenty);
+  KeptPartition& partition = kept.partition;
+  EXPECT_FALSE(SplitNeighbour(partition, partition.subset(0), *kept.scratch)) << "it has none";
+  WideNode& node = partition.node(kept.Root(0));
+  std::vector<uint32_t> subsets;
+  for (size_t i = 0; i < node.count; ++i) {
+    if (node.Child(i).IsSubset()) subsets.push_back(node.Child(i).number());
+  }
+  ASSERT_GT(subsets.size(), 2u);
+  Subset& busy = partition.subset(subsets[0]);
+  busy.root = Subset::kBeingSplit;
+  for (size_t i = 1; i < subsets.size(); ++i) {
+    ASSERT_EQ(partition.subset(subsets[i]).root, Subset::kUnsplit);
+    EXPECT_TRUE(SplitNeighbour(partition, busy, *kept.scratch));
+    EXPECT_TRUE(Subset::IsNode(partition.subset(subsets[i]).root));
+  }
+  EXPECT_FALSE(SplitNeighbour(partition, busy, *kept.scratch)) << "all are split";
+  EXPECT_EQ(busy.root, Subset::kBeingSplit);
+  busy.root = Subset::kUnsplit;
+  Walker(kept).Walk(true);
 }
 
 // Threads that come to the same subsets at once get the same roots, and a partition that is whole.
@@ -771,6 +799,7 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ScalesOfAllKinds);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, InvalidTrianglesAreLeftOut);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ThreadsTogetherSplitAsOneDoes);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, WhoWouldWaitSplitsANeighbour);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ThreadsAgree);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, SplitsWhereAsked);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, NodesAndLeavesNeverMeet);

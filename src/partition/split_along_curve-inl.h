@@ -1,0 +1,164 @@
+// Splitting along a curve: triangles that stand in the order of a Morton curve stay where they are,
+// and the surface area heuristic chooses among the places where the curve enters another cell.
+// Lauterbach, Garland, Sengupta, Luebke, Manocha, "Fast BVH construction on GPUs", Eurographics
+// 2009, with the surface area heuristic at the other end of the hierarchy: large ranges, of which
+// every level costs the same, are split along the curve, and small ones, where most of the nodes
+// are, may be split on three axes.
+
+#if defined(DACRT_PARTITION_SPLIT_ALONG_CURVE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_PARTITION_SPLIT_ALONG_CURVE_INL_H_
+#undef DACRT_PARTITION_SPLIT_ALONG_CURVE_INL_H_
+#else
+#define DACRT_PARTITION_SPLIT_ALONG_CURVE_INL_H_
+#endif
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <utility>
+
+#include "partition/surface_split-inl.h"
+#include "runtime/scratch.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Triangles that stand in the order of a curve.
+struct AlongCurve {
+  const uint32_t* codes;  ///< the cell of each, above kNumberBits bits of something else
+  /// Ranges of at most so many triangles are split on three axes, and ordered anew.
+  size_t by_surface;
+};
+
+/// Of a triangle's number among those of a subset, and of a cell of the curve on an axis: together
+/// they fill a word.
+inline constexpr uint32_t kNumberBits = 11, kCurveBits = 7;
+static_assert(SubsetScratch::kTriangles == 1u << kNumberBits);
+
+/// Sorts the references of a range that begins with scratch.refs along a Morton curve, and writes
+/// their codes to scratch.codes[0].
+inline void SortAlongCurve(const TriangleRange& range, SubsetScratch& scratch) {
+  constexpr uint32_t kCells = 1u << kCurveBits;
+  // Bits of a number, two places apart.
+  static constexpr auto kSpread = [] {
+    std::array<uint32_t, kCells> spread{};
+    for (uint32_t i = 0; i < kCells; ++i) {
+      for (uint32_t bit = 0; bit < kCurveBits; ++bit) spread[i] |= (i >> bit & 1) << (3 * bit);
+    }
+    return spread;
+  }();
+  // Cells are cubes: an axis on which triangles hardly differ should not be split as often.
+  Box cube = range.centers;
+  float size = 0;
+  for (int axis = 0; axis < 3; ++axis) size = HWY_MAX(size, cube.upper[axis] - cube.lower[axis]);
+  for (int axis = 0; axis < 3; ++axis) cube.upper[axis] = cube.lower[axis] + size;
+  const BinMap map(cube, kCells);
+
+  const size_t count = range.count();
+  uint32_t places[3][kCells] = {};
+  uint32_t* from = scratch.codes[1];
+  uint32_t* to = scratch.codes[0];
+  for (size_t i = 0; i < count; ++i) {
+    const TriangleRef& ref = scratch.refs[i];
+    HWY_ALIGN int32_t cell[4];
+    map.Map(TwiceCenter(Corner::Load(ref.lower), Corner::Load(ref.upper)), cell);
+    const uint32_t code = kSpread[cell[0]] | kSpread[cell[1]] << 1 | kSpread[cell[2]] << 2;
+    for (uint32_t digit = 0; digit < 3; ++digit) {
+      ++places[digit][code >> (digit * kCurveBits) & (kCells - 1)];
+    }
+    from[i] = code << kNumberBits | static_cast<uint32_t>(i);
+  }
+  for (uint32_t digit = 0; digit < 3; ++digit) {
+    uint32_t next = 0;
+    for (uint32_t& place : places[digit]) next += std::exchange(place, next);
+    const uint32_t shift = kNumberBits + digit * kCurveBits;
+    for (size_t i = 0; i < count; ++i) {
+      to[places[digit][from[i] >> shift & (kCells - 1)]++] = from[i];
+    }
+    std::swap(from, to);
+  }
+  // Three passes end where the second one began.
+  DACRT_ASSERT(from == scratch.codes[0]);
+  for (size_t i = 0; i < count; ++i) {
+    scratch.spare[i] = scratch.refs[from[i] & (SubsetScratch::kTriangles - 1)];
+  }
+  std::copy_n(scratch.spare, count, scratch.refs);
+}
+
+/// The best split of a range of at least two references by the surfaces of its sides.
+inline WeighedChildren SplitRange(const AlongCurve& curve, TriangleRef* refs,
+                                  const WeighedRange& parent, SubsetScratch& scratch) {
+  if (parent.range.count() <= curve.by_surface) {
+    const TriangleRange& range = parent.range;
+    // Where the centres lie is not known of what was split along the curve.
+    const bool is_measured = !range.centers.IsEmpty();
+    return SplitRange(
+        Triangles(), refs,
+        {is_measured ? range : MeasureTriangles(refs, range.begin, range.end), parent.weight},
+        scratch);
+  }
+  // The range in parts between which it may be split: single triangles of a few, cells of many.
+  constexpr size_t kMostParts = 16;
+  const size_t begin = parent.range.begin, count = parent.range.count();
+  Extent::Floats extents[kMostParts];
+  size_t ends[kMostParts];
+  size_t parts = 0;
+  if (count <= kMostParts) {
+    for (; parts < count; ++parts) {
+      Extent::Of(refs[begin + parts]).Store(extents[parts]);
+      ends[parts] = parts + 1;
+    }
+  } else {
+    const uint32_t* const codes = curve.codes + begin;
+    const uint32_t apart = (codes[0] ^ codes[count - 1]) >> kNumberBits;
+    // The three highest bits in which codes differ make eight cells. Where all are in one, any
+    // eight parts will do.
+    const auto bits = static_cast<uint32_t>(std::bit_width(apart));
+    const uint32_t shift = kNumberBits + (bits > 3 ? bits - 3 : 0);
+    const size_t most = apart == 0 ? (count + 7) / 8 : count;
+    for (size_t i = 0; i < count;) {
+      const uint32_t cell = codes[i] >> shift;
+      const size_t end = std::min(i + most, count);
+      Extent extent = Extent::Empty();
+      do {
+        extent.Join(Extent::Of(refs[begin + i]));
+        ++i;
+      } while (i < end && codes[i] >> shift == cell);
+      extent.Store(extents[parts]);
+      ends[parts++] = i;
+    }
+  }
+  DACRT_ASSERT(parts >= 2 && parts <= kMostParts);
+
+  float right_cost[kMostParts];
+  Extent side = Extent::Empty();
+  for (size_t k = parts - 1; k > 0; --k) {
+    side.Join(Extent::Load(extents[k]));
+    right_cost[k] = side.HalfArea() * LeafTests(count - ends[k - 1]);
+  }
+  side = Extent::Empty();
+  float best_cost = std::numeric_limits<float>::infinity();
+  size_t best = 0;
+  Extent left = Extent::Empty();
+  for (size_t k = 0; k + 1 < parts; ++k) {
+    side.Join(Extent::Load(extents[k]));
+    const float cost = side.HalfArea() * LeafTests(ends[k]) + right_cost[k + 1];
+    if (k > 0 && !(cost < best_cost)) continue;
+    best_cost = cost;
+    best = k;
+    left = side;
+  }
+  Extent right = Extent::Empty();
+  for (size_t k = best + 1; k < parts; ++k) right.Join(Extent::Load(extents[k]));
+  const size_t middle = begin + ends[best];
+  return {{{begin, middle, left.Get(), Box::Empty()}, ends[best]},
+          {{middle, parent.range.end, right.Get(), Box::Empty()}, count - ends[best]}};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_PARTITION_SPLIT_ALONG_CURVE_INL_H_
