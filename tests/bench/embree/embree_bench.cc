@@ -11,7 +11,6 @@
 #include "command_line.h"
 #include "embree_contest.h"
 #include "embree_options.h"
-#include "embree_plots.h"
 #include "embree_report.h"
 #include "errors.h"
 #include "format.h"
