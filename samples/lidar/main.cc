@@ -1,15 +1,13 @@
 // Drives a laser scanner down a street: a still scene, a mesh that moves, a million rays a sweep.
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <memory>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "ambient_occlusion/error.h"
 #include "ambient_occlusion/image_file.h"
+#include "ambient_occlusion/program.h"
 #include "ambient_occlusion/progress.h"
 #include "ambient_occlusion/stopwatch.h"
 #include "dacrt/callback_of.h"
@@ -138,27 +136,11 @@ void Run(const Options& options) {
               options.picture.c_str());
 }
 
-int Fail(ao::ExitCode code, std::string message) {
-  for (char& c : message) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  std::fprintf(stderr, "lidar: %s\n", message.c_str());
-  return int(code);
-}
-
 }  // namespace
 }  // namespace lidar
 
 int main(int argc, char** argv) {
-  using ao::ExitCode;
-  try {
+  return ao::RunProgram("lidar", [&] {
     if (const auto options = lidar::ParseOptions(argc, argv)) lidar::Run(*options);
-    return int(ExitCode::kSuccess);
-  } catch (const ao::Error& error) {
-    return lidar::Fail(error.code(), error.what());
-  } catch (const std::bad_alloc&) {
-    return lidar::Fail(ExitCode::kMemory, "out of memory");
-  } catch (const std::exception& error) {
-    return lidar::Fail(ExitCode::kOther, error.what());
-  }
+  });
 }
