@@ -1,7 +1,4 @@
 // Draws a mesh lit by ambient occlusion: the steps, in order.
-#include <cstdio>
-#include <exception>
-#include <new>
 #include <utility>
 
 #include "ambient_occlusion/embree_scene.h"
@@ -9,6 +6,7 @@
 #include "ambient_occlusion/image_file.h"
 #include "ambient_occlusion/mesh_file.h"
 #include "ambient_occlusion/options.h"
+#include "ambient_occlusion/program.h"
 #include "ambient_occlusion/progress.h"
 #include "ambient_occlusion/render.h"
 #include "ambient_occlusion/report.h"
@@ -52,27 +50,11 @@ void Run(const Options& options) {
          .picture = options.output});
 }
 
-int Fail(ExitCode code, std::string message) {
-  // One line, whatever a library has put into its text.
-  for (char& c : message) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  std::fprintf(stderr, "ambient_occlusion: %s\n", message.c_str());
-  return int(code);
-}
-
 }  // namespace
 }  // namespace ao
 
 int main(int argc, char** argv) {
-  try {
+  return ao::RunProgram("ambient_occlusion", [&] {
     if (const auto options = ao::ParseOptions(argc, argv)) ao::Run(*options);
-    return int(ao::ExitCode::kSuccess);
-  } catch (const ao::Error& error) {
-    return ao::Fail(error.code(), error.what());
-  } catch (const std::bad_alloc&) {
-    return ao::Fail(ao::ExitCode::kMemory, "out of memory");
-  } catch (const std::exception& error) {
-    return ao::Fail(ao::ExitCode::kOther, error.what());
-  }
+  });
 }

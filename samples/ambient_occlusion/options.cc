@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "ambient_occlusion/error.h"
+#include "ambient_occlusion/program.h"
 
 namespace ao {
 namespace {
@@ -88,14 +89,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
   app.add_option("--device", options.device, "Configuration for rtcNewDevice, as in threads=4")
       ->type_name("CONFIG");
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    app.exit(help);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw Error(ExitCode::kUsage, std::string(error.what()) + " (see --help)");
-  }
+  if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
   options.width = size[0];
   options.height = size[1];
 

@@ -1,14 +1,13 @@
 // Drives a laser scanner down a street: a still scene, a mesh that moves, a million rays a sweep.
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <memory>
-#include <new>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "ambient_occlusion/error.h"
 #include "ambient_occlusion/image_file.h"
+#include "ambient_occlusion/program.h"
 #include "ambient_occlusion/progress.h"
 #include "ambient_occlusion/stopwatch.h"
 #include "dacrt/callback_of.h"
@@ -50,7 +49,8 @@ class Drive {
   size_t TriangleCount() const { return street_.TriangleCount() + van_.TriangleCount(); }
 
   // The street keeps what it finds out from sweep to sweep, because it is a scene of its own. The
-  // van has moved: its scene is made anew, which is what an update is.
+  // van has moved: the next scene takes over what the last one has found out, and renews its
+  // bounds.
   Sweep Scan(uint32_t number, ao::Progress& bar, std::vector<Point>* points) {
     const float seconds = float(number) * kSecondsASweep;
     const Imath::V3f start = ScannerAt(0);
@@ -62,7 +62,15 @@ class Drive {
     const std::vector<dacrt::Geometry> geometries = {
         dacrt::InstanceOf(still_, dacrt::AffineTransform(), kStreet),
         dacrt::Triangles(van_.positions, van_.indices, kVan)};
-    const dacrt::Scene scene(device_, geometries);
+    if (!scene_) {
+      scene_ = std::make_unique<dacrt::Scene>(device_, geometries);
+    } else {
+      auto next =
+          std::make_unique<dacrt::Scene>(device_, geometries, dacrt::SceneOptions(), *scene_);
+      taken_over_ += next->takes_over();
+      next->TakeOver(*scene_);
+      scene_ = std::move(next);
+    }
     sweep.scene_seconds = scene_watch.Seconds();
 
     const auto report = [&](size_t done, size_t all) {
@@ -72,7 +80,7 @@ class Drive {
     };
     const ao::Stopwatch trace_watch;
     const dacrt::Statistics statistics =
-        scene.ClosestHits(rays, {.progress = dacrt::ProgressOf(report)});
+        scene_->ClosestHits(rays, {.progress = dacrt::ProgressOf(report)});
     sweep.trace_seconds = trace_watch.Seconds();
     sweep.rays = statistics.rays;
     sweep.hits = statistics.hits;
@@ -91,6 +99,7 @@ class Drive {
                   static_cast<unsigned long long>(sweep.hits), sweep.scene_seconds,
                   sweep.trace_seconds, double(sweep.rays) / sweep.trace_seconds / 1e6);
     }
+    std::printf("scenes that took over what the one before had found out: %u\n", taken_over_);
     std::printf("kept of the street: %.1f bytes a triangle; workspaces: %.1f MB\n",
                 double(still_->KeptBytesUsed()) / double(street_.TriangleCount()),
                 double(device_->WorkspaceBytesHeld()) / 1e6);
@@ -103,6 +112,8 @@ class Drive {
   const scenes::Mesh van_model_;
   scenes::Mesh van_;  // where it is now
   const std::shared_ptr<const dacrt::Scene> still_;
+  std::unique_ptr<dacrt::Scene> scene_;  // of the last sweep
+  uint32_t taken_over_ = 0;              // scenes
 };
 
 void Run(const Options& options) {
@@ -125,27 +136,11 @@ void Run(const Options& options) {
               options.picture.c_str());
 }
 
-int Fail(ao::ExitCode code, std::string message) {
-  for (char& c : message) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  std::fprintf(stderr, "lidar: %s\n", message.c_str());
-  return int(code);
-}
-
 }  // namespace
 }  // namespace lidar
 
 int main(int argc, char** argv) {
-  using ao::ExitCode;
-  try {
+  return ao::RunProgram("lidar", [&] {
     if (const auto options = lidar::ParseOptions(argc, argv)) lidar::Run(*options);
-    return int(ExitCode::kSuccess);
-  } catch (const ao::Error& error) {
-    return lidar::Fail(error.code(), error.what());
-  } catch (const std::bad_alloc&) {
-    return lidar::Fail(ExitCode::kMemory, "out of memory");
-  } catch (const std::exception& error) {
-    return lidar::Fail(ExitCode::kOther, error.what());
-  }
+  });
 }

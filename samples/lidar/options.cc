@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "ambient_occlusion/error.h"
+#include "ambient_occlusion/program.h"
 
 namespace lidar {
 namespace {
@@ -46,14 +46,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
   app.add_option("--picture", options.picture, "Picture to write: .png, .jpg, .jpeg or .exr")
       ->capture_default_str()
       ->type_name("FILE");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    app.exit(help);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw ao::Error(ao::ExitCode::kUsage, std::string(error.what()) + " (see --help)");
-  }
+  if (!ao::ParseCommandLine(app, argc, argv)) return std::nullopt;
   return options;
 }
 

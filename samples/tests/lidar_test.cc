@@ -74,6 +74,7 @@ TEST_F(Lidar, ScansTheStreetAndTheVan) {
   EXPECT_NE(outcome.output.find(std::to_string(points.size()) + " points: lidar.ply"),
             std::string::npos)
       << outcome.output;
+  EXPECT_NE(outcome.output.find("had found out: 2\n"), std::string::npos) << outcome.output;
   std::set<long> van_rears;  // where its rear side is, in decimetres
   for (const auto& [position, intensity, geometry] : points) {
     ASSERT_TRUE(position[1] > -0.01f && position[1] < 21) << position[1];

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -43,6 +42,12 @@ class BenchTest : public testing::Test {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
 
+  // Draws what a program has left in "json", in the folder "plots".
+  int Plot(const std::string& page = "") {
+    return Run(PLOT, "'" + Path("json") + "' '" + Path("plots") + "'" +
+                         (page.empty() ? "" : " '" + Path(page) + "'"));
+  }
+
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   std::string Out() const { return ReadFile(Path("out")); }
   std::string Error() const { return ReadFile(Path("error")); }
@@ -50,28 +55,6 @@ class BenchTest : public testing::Test {
  private:
   std::filesystem::path folder_;
 };
-
-// Every element is closed, in order, and there is one root.
-bool IsWellFormed(const std::string& xml) {
-  const std::regex tag(R"(<(/?)(\w+)((?:\s+[\w-]+="[^"<]*")*)\s*(/?)>)");
-  std::vector<std::string> open;
-  int roots = 0;
-  std::size_t end = 0;
-  for (std::sregex_iterator match(xml.begin(), xml.end(), tag), last; match != last; ++match) {
-    const std::string text = xml.substr(end, match->position() - end);
-    if (text.find_first_of("<>") != std::string::npos) return false;
-    end = match->position() + match->length();
-    if (open.empty() && ++roots > 1) return false;
-    if ((*match)[1].length() > 0) {
-      if (open.empty() || open.back() != (*match)[2]) return false;
-      open.pop_back();
-      if (open.empty()) --roots;
-    } else if ((*match)[4].length() == 0) {
-      open.push_back((*match)[2]);
-    }
-  }
-  return open.empty() && xml.find_first_of("<>", end) == std::string::npos;
-}
 
 // Every row of a table on the page has as many cells as the others.
 bool AreTablesEven(const std::string& page) {
@@ -86,9 +69,7 @@ bool AreTablesEven(const std::string& page) {
 }
 
 TEST_F(BenchTest, ShortReproductionRunsAndTheAlgorithmsAgree) {
-  ASSERT_EQ(
-      Run(METHOD_BENCH, "--short --json '" + Path("json") + "' --plots '" + Path("plots") + "'"), 0)
-      << Error();
+  ASSERT_EQ(Run(METHOD_BENCH, "--short --json '" + Path("json") + "'"), 0) << Error();
   const json results = json::parse(ReadFile(Path("json")));
   constexpr std::size_t kFrames = 10;  // five kinds, two numbers of rays
   ASSERT_EQ(results["comparison"].size(), kFrames);
@@ -103,27 +84,34 @@ TEST_F(BenchTest, ShortReproductionRunsAndTheAlgorithmsAgree) {
       EXPECT_GT(method["workspace_bytes"], 0);
     }
   }
-  for (const char* const name :
-       {"ratio-afra2012.svg", "ratio-mora2011.svg", "time.svg", "stages.svg"}) {
-    const std::string svg = ReadFile(Path("plots") + "/" + name);
-    EXPECT_TRUE(svg.starts_with("<svg ")) << name;
-    EXPECT_TRUE(IsWellFormed(svg)) << name;
-  }
   EXPECT_NE(Out().find("mora2011 x"), std::string::npos);
+
+  ASSERT_EQ(Plot(), 0) << Error();
+  for (const char* const rival : {"afra2012", "mora2011"}) {
+    const std::string svg = ReadFile(Path("plots/ratio-") + rival + ".svg");
+    for (const char* const text : {"path tracing", "hall-75k", "512²"}) {
+      EXPECT_NE(svg.find(text), std::string::npos) << rival << ": " << text;
+    }
+  }
+  const std::string stages = ReadFile(Path("plots/stages.svg"));
+  for (const char* const text : {"direct solve", "rest", "ambient occlusion: mora2011"}) {
+    EXPECT_NE(stages.find(text), std::string::npos) << text;
+  }
 }
 
 TEST_F(BenchTest, AblationChangesOneSettingAtATime) {
   ASSERT_EQ(Run(METHOD_BENCH,
                 "--scene hall-75k --rays 32 --repeat 1 --kind ambient --ablation "
                 "--algorithm nabata2013 --json '" +
-                    Path("json") + "' --plots '" + Path("plots") + "'"),
+                    Path("json") + "'"),
             0)
       << Error();
   const json results = json::parse(ReadFile(Path("json")));
   ASSERT_EQ(results["ablation"].size(), 1u);
   EXPECT_EQ(results["ablation"][0]["methods"][1]["name"], "sampled_cost=0");
-  EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/ablation.svg")));
   EXPECT_NE(Out().find("skip_filtering=0"), std::string::npos);
+  ASSERT_EQ(Plot(), 0) << Error();
+  EXPECT_NE(ReadFile(Path("plots/ablation.svg")).find("skip_filtering=0"), std::string::npos);
 }
 
 TEST_F(BenchTest, BadCommandLinesAreRefusedWithTheLegalValues) {
@@ -175,7 +163,7 @@ TEST_F(BenchTest, OutputThatCannotBeWrittenIsFoundBeforeMeasuring) {
 TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   const std::string measure =
       "--scene hall-75k --kind shadow diffuse --rays 4K 64K --repeat 1 --json '" + Path("json") +
-      "' --markdown '" + Path("page.md") + "' --plots '" + Path("plots") + "'";
+      "' --markdown '" + Path("page.md") + "'";
   ASSERT_EQ(Run(EMBREE_BENCH, measure + " --threads 1 2"), 0) << Error();
   const json results = json::parse(ReadFile(Path("json")));
   ASSERT_EQ(results["cells"].size(), 8u);
@@ -186,7 +174,9 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
     EXPECT_GT(cell["steady_ratio"], 0);
     const bool is_slice = cell["size"] == "4K";
     EXPECT_EQ(cell["rays"] == 4096, is_slice);
-    EXPECT_EQ(cell["batches"] > 1, is_slice);
+    if (!is_slice) {
+      EXPECT_EQ(cell["batches"], 1);
+    }
     for (const char* const library : {"embree", "dacrt"}) {
       for (const char* const time : {"commit_seconds", "first_seconds", "steady_seconds"}) {
         ASSERT_FALSE(cell[library][time].empty());
@@ -203,11 +193,16 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
   EXPECT_NE(ReadFile(Path("page.md")).find("| steady, from 64K rays | worst cell | 4 |"),
             std::string::npos);
   EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
-  EXPECT_NE(ReadFile(Path("page.md")).find("![embree-hall-75k](plots/embree-hall-75k.svg)"),
-            std::string::npos);
-  const std::string svg = ReadFile(Path("plots") + "/embree-hall-75k.svg");
-  EXPECT_TRUE(svg.starts_with("<svg "));
-  EXPECT_TRUE(IsWellFormed(svg));
+
+  // The pictures end the page once, however often they are drawn.
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(Plot("page.md"), 0) << Error();
+  const std::string page = ReadFile(Path("page.md"));
+  EXPECT_NE(page.find("| worst cell | 4 |"), std::string::npos);
+  EXPECT_TRUE(page.ends_with("|\n\n## Plots\n\n![embree-hall-75k](plots/embree-hall-75k.svg)\n"));
+  const std::string svg = ReadFile(Path("plots/embree-hall-75k.svg"));
+  for (const char* const text : {"diffuse", "64K", "one shot, 2 threads"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
 
   // A run that is resumed adds what is missing, and keeps what there is.
   ASSERT_EQ(Run(EMBREE_BENCH, measure + " --resume --threads 1 2 --rays 64"), 0) << Error();
@@ -292,8 +287,7 @@ TEST_F(BenchTest, ComparisonGoesOnWithoutASceneThatCannotBeRead) {
 TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
   const std::string measure =
       "--scene box-36 '" + Path("missing.obj") + "' --change wave replaced --kind diffuse " +
-      "--rays 1K 10K --repeat 1 --json '" + Path("json") + "' --markdown '" + Path("page.md") +
-      "' --plots '" + Path("plots") + "'";
+      "--rays 1K 10K --repeat 1 --json '" + Path("json") + "' --markdown '" + Path("page.md") + "'";
   ASSERT_EQ(Run(MOVING_BENCH, measure + " --threads 1"), 3) << Error();
   EXPECT_NE(Error().find("missing.obj"), std::string::npos);
   const json results = json::parse(ReadFile(Path("json")));
@@ -305,7 +299,8 @@ TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
   EXPECT_NE(ReadFile(Path("page.md")).find("| waves | worst cell | 2 |"), std::string::npos);
   EXPECT_TRUE(AreTablesEven(ReadFile(Path("page.md"))));
   EXPECT_NE(Out().find("box-36"), std::string::npos);
-  EXPECT_TRUE(IsWellFormed(ReadFile(Path("plots") + "/moving-box-36.svg")));
+  ASSERT_EQ(Plot(), 0) << Error();
+  EXPECT_NE(ReadFile(Path("plots/moving-box-36.svg")).find("diffuse, 1 thread"), std::string::npos);
 
   ASSERT_EQ(Run(MOVING_BENCH, measure + " --resume --threads 1 2"), 3) << Error();
   const json resumed = json::parse(ReadFile(Path("json")));
@@ -318,11 +313,18 @@ TEST_F(BenchTest, MovingScenesAreMeasuredFrameByFrame) {
   }
 }
 
-TEST_F(BenchTest, WellFormednessIsNoticed) {
-  EXPECT_TRUE(IsWellFormed("<svg a=\"1\"><text>x &lt; y</text><line/></svg>\n"));
-  EXPECT_FALSE(IsWellFormed("<svg><text>x < y</text></svg>"));
-  EXPECT_FALSE(IsWellFormed("<svg><text></svg>"));
-  EXPECT_FALSE(IsWellFormed("<svg><line></svg>"));
+TEST_F(BenchTest, WhatCannotBePlottedIsSaidInALine) {
+  std::ofstream(Path("json")) << "{}";
+  EXPECT_EQ(Plot(), 1);
+  EXPECT_EQ(Error().find("plot: " + Path("json") + ": not what one of method_bench"), 0u)
+      << Error();
+  std::ofstream(Path("json")) << R"({"benchmark": "moving_bench", "cells": []})";
+  std::ofstream(Path("plots"));
+  EXPECT_EQ(Plot(), 1);
+  EXPECT_EQ(Error(), "plot: " + Path("plots") + ": File exists\n");
+}
+
+TEST_F(BenchTest, UnevenTablesAreNoticed) {
   EXPECT_TRUE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 |\n\n| a |\n"));
   EXPECT_FALSE(AreTablesEven("| a | b |\n|---|---|\n| 1 | 2 | 3 |\n"));
 }

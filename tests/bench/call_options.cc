@@ -31,6 +31,8 @@ std::optional<CallOptions> ParseCallOptions(int argc, char** argv) {
   CallOptions options;
   options.folder = DACRT_SCENES_DIR;
   options.setup.isa = IsasHere().front();
+  options.setup.embree = DACRT_REAL_EMBREE;
+  options.setup.drop_in = DACRT_DROP_IN;
   options.kinds = {"primary", "shadow", "ambient", "diffuse"};
   options.sizes = {"1", "4", "8", "16", "64", "1K", "4K", "64K", "1M"};
   options.effort = {.repeat = 3, .rounds_seconds = 0.3, .slices_seconds = 0.1, .sliced_side = 256};

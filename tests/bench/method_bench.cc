@@ -9,7 +9,6 @@
 #include "format.h"
 #include "method_options.h"
 #include "output_file.h"
-#include "plots.h"
 #include "processor.h"
 #include "progress.h"
 #include "report.h"
@@ -95,10 +94,6 @@ class Benchmark {
   // After every frame: what was measured is not lost if the run ends early.
   void Save() const {
     if (!options_.json.empty()) WriteFile(options_.json, JsonText(ToJson(results_)));
-    if (!options_.plots.empty()) {
-      MakeFolder(options_.plots);
-      WritePlots(results_, options_.plots);
-    }
   }
 
   const MethodOptions& options_;

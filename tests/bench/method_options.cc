@@ -156,7 +156,6 @@ std::optional<MethodOptions> ParseMethodOptions(int argc, char** argv) {
   app.add_flag("--ablation", has_ablation,
                "Also the default against itself with one setting changed");
   app.add_option("--json", options.json, "Write all figures")->type_name("FILE");
-  app.add_option("--plots", options.plots, "Write plots as SVG")->type_name("DIR");
   if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
 
   const Extent extent = is_full ? FullExtent() : is_short ? ShortExtent() : StandardExtent();

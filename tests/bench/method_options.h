@@ -20,8 +20,7 @@ struct MethodOptions {
   std::vector<Method> ablation;    ///< empty unless asked for; the first is the default
   Raster ablation_raster{1};
   int repeat = 3;
-  std::filesystem::path json;   ///< empty: none
-  std::filesystem::path plots;  ///< folder; empty: none
+  std::filesystem::path json;  ///< empty: none
 };
 
 /// Empty if help was asked for, and printed. Throws UsageError (errors.h).

@@ -26,10 +26,4 @@ std::string JsonText(const nlohmann::ordered_json& json) {
   return json.dump(kIndent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-void MakeFolder(const std::filesystem::path& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw OutputError(path.string() + ": " + error.message());
-}
-
 }  // namespace dacrt::bench

@@ -14,7 +14,4 @@ void WriteFile(const std::filesystem::path& path, const std::string& text);
 /// The document as text. Bytes that are no UTF-8, as paths may have, are replaced.
 std::string JsonText(const nlohmann::ordered_json& json);
 
-/// Throws OutputError unless the folder is there or can be made.
-void MakeFolder(const std::filesystem::path& path);
-
 }  // namespace dacrt::bench

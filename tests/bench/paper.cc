@@ -24,6 +24,7 @@ constexpr Figure kFigures[] = {
 }  // namespace
 
 std::optional<double> PaperRatio(const FrameResult& frame, std::string_view rival) {
+  if (frame.methods.front().name != Name(Algorithm::kNabata2013)) return std::nullopt;
   for (const Figure& figure : kFigures) {
     if (figure.rival == rival && figure.kind == frame.kind->name &&
         (figure.scene.empty() || figure.scene == frame.scene) &&

@@ -20,6 +20,29 @@ std::vector<std::string> FrameCells(const FrameResult& frame) {
   return {frame.scene, frame.kind->name, Squared(frame.raster.rays_a_side())};
 }
 
+// Of the frames that differ in the number of rays only, those with the most. In order.
+std::vector<const FrameResult*> LargestFrames(const std::vector<FrameResult>& frames) {
+  std::vector<const FrameResult*> largest;
+  for (const FrameResult& frame : frames) {
+    const auto same = std::ranges::find_if(largest, [&](const FrameResult* other) {
+      return other->scene == frame.scene && other->kind == frame.kind;
+    });
+    if (same == largest.end()) {
+      largest.push_back(&frame);
+    } else if (frame.raster.RayCount() > (*same)->raster.RayCount()) {
+      *same = &frame;
+    }
+  }
+  return largest;
+}
+
+// Geometric mean over `frames` of the time of one method over that of the first.
+double MeanRatio(const std::vector<FrameResult>& frames, std::size_t method) {
+  std::vector<double> ratios;
+  for (const FrameResult& frame : frames) ratios.push_back(frame.Ratio(method, 0));
+  return GeometricMean(ratios);
+}
+
 // Times and rates of every algorithm, and of all but the first their ratio to it.
 void PrintComparison(const std::vector<FrameResult>& frames, std::ostream& out) {
   const std::vector<Method>& methods = frames.front().methods;
@@ -45,9 +68,7 @@ void PrintComparison(const std::vector<FrameResult>& frames, std::ostream& out) 
       row.push_back(Fixed(frame.Rays() / frame.Seconds(i) / kMillion, 2));
     }
     for (std::size_t i = 1; i < methods.size(); ++i) {
-      const auto paper = methods[0].name == Name(Algorithm::kNabata2013)
-                             ? PaperRatio(frame, methods[i].name)
-                             : std::nullopt;
+      const auto paper = PaperRatio(frame, methods[i].name);
       row.push_back(Fixed(frame.Ratio(i, 0), 2));
       row.push_back(paper ? Fixed(*paper, 2) : "");
     }
@@ -122,27 +143,6 @@ void PrintAblation(const std::vector<FrameResult>& frames, std::ostream& out) {
 }
 
 }  // namespace
-
-std::vector<const FrameResult*> LargestFrames(const std::vector<FrameResult>& frames) {
-  std::vector<const FrameResult*> largest;
-  for (const FrameResult& frame : frames) {
-    const auto same = std::ranges::find_if(largest, [&](const FrameResult* other) {
-      return other->scene == frame.scene && other->kind == frame.kind;
-    });
-    if (same == largest.end()) {
-      largest.push_back(&frame);
-    } else if (frame.raster.RayCount() > (*same)->raster.RayCount()) {
-      *same = &frame;
-    }
-  }
-  return largest;
-}
-
-double MeanRatio(const std::vector<FrameResult>& frames, std::size_t method) {
-  std::vector<double> ratios;
-  for (const FrameResult& frame : frames) ratios.push_back(frame.Ratio(method, 0));
-  return GeometricMean(ratios);
-}
 
 void PrintReport(const Results& results, std::ostream& out) {
   out << results.processor << ", " << results.instruction_set << ", one thread, median of "

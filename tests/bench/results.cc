@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "paper.h"
+
 namespace dacrt::bench {
 namespace {
 
@@ -51,19 +53,22 @@ Json ToJson(const PassResult& pass) {
 Json ToJson(const FrameResult& frame) {
   Json methods = Json::array();
   for (std::size_t i = 0; i < frame.methods.size(); ++i) {
-    methods.push_back({{"name", frame.methods[i].name},
-                       {"median_seconds", frame.Seconds(i)},
-                       {"least_seconds", frame.LeastSeconds(i)},
-                       {"rays_per_second", frame.Rays() / frame.Seconds(i)},
-                       {"ratio_to_first", frame.Ratio(i, 0)},
-                       {"workspace_bytes", frame.workspace_bytes[i]},
-                       {"statistics", ToJson(frame.Total(i))}});
+    Json& method = methods.emplace_back(Json{{"name", frame.methods[i].name},
+                                             {"median_seconds", frame.Seconds(i)},
+                                             {"least_seconds", frame.LeastSeconds(i)},
+                                             {"rays_per_second", frame.Rays() / frame.Seconds(i)},
+                                             {"ratio_to_first", frame.Ratio(i, 0)},
+                                             {"workspace_bytes", frame.workspace_bytes[i]},
+                                             {"statistics", ToJson(frame.Total(i))}});
+    const auto paper = PaperRatio(frame, frame.methods[i].name);
+    if (paper) method["paper_ratio"] = *paper;
   }
   Json passes = Json::array();
   for (const PassResult& pass : frame.passes) passes.push_back(ToJson(pass));
   return {{"scene", frame.scene},
           {"triangles", frame.triangles},
           {"kind", frame.kind->name},
+          {"title", frame.kind->title},
           {"rays_a_side", frame.raster.rays_a_side()},
           {"pixels_a_side", frame.raster.pixels_a_side()},
           {"rays", frame.Rays()},

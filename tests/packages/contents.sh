@@ -1,10 +1,10 @@
 #!/bin/sh
-# usage: contents.sh PACKAGES
+# usage: contents.sh PACKAGES UNPACKED SOURCE_DIR
 #
-# What is in the packages, and what is not: the drop-in stands in nobody's way, it needs no MPI, and
-# each program has its page.
+# What is in the packages, and what is not: the drop-in stands in nobody's way, it needs no MPI, each
+# program has its page, and nothing names the folders in which it was made.
 set -eu
-packages=$1
+packages=$1 unpacked=$2 source_dir=$3
 
 fail() {
   echo "failed: $1" >&2
@@ -41,3 +41,6 @@ for package in "$packages"/*.deb; do
     files_of "$package" | grep -q "/man1/$program\.1\.gz$" || fail "$program has no page"
   done
 done
+
+named=$(grep -rlF "$source_dir" "$unpacked" || true)
+[ -z "$named" ] || fail "$source_dir is named in $named"

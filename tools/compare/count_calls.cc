@@ -131,15 +131,53 @@ void NoteLibrary(void* function) {
   std::strncpy(all->library, info.dli_fname, sizeof(all->library) - 1);
 }
 
-#define NEXT(name) static const auto next = reinterpret_cast<decltype(&name)>(FindNext(#name))
-
 uint64_t CountValid(const int* valid, int width) {
   return static_cast<uint64_t>(std::count(valid, valid + width, -1));
 }
 
+// The function behind this one, as the headers declare it.
+#define NEXT(name) static const auto next = reinterpret_cast<decltype(&name)>(FindNext(#name))
+
+// A function that passes its call on, and counts it.
+#define COUNTED(result, name, parameters, arguments, kind, form, rays) \
+  RTC_API result name parameters {                                     \
+    NEXT(name);                                                        \
+    const Counted counted(kind, form, rays);                           \
+    return next arguments;                                             \
+  }
+
+// The forms in which rays come: Rays is the structure, 1 to 16 its lanes.
+#define SINGLE(name, kind, Rays)                                                   \
+  COUNTED(void, name, (RTCScene scene, RTCIntersectContext * context, Rays * ray), \
+          (scene, context, ray), kind, Form::kSingle, 1)
+#define PACKET(name, kind, Rays, lanes)                                                        \
+  COUNTED(void, name##lanes,                                                                   \
+          (const int* valid, RTCScene scene, RTCIntersectContext* context, Rays##lanes* rays), \
+          (valid, scene, context, rays), kind, Form::kPacket, CountValid(valid, lanes))
+#define RECORDS(name, kind, Rays)                                                                  \
+  COUNTED(                                                                                         \
+      void, name,                                                                                  \
+      (RTCScene scene, RTCIntersectContext * context, Rays * rays, unsigned int M, size_t stride), \
+      (scene, context, rays, M, stride), kind, FormOfStream(M), M)
+#define ARRAY(name, kind, Rays)                                                           \
+  COUNTED(void, name,                                                                     \
+          (RTCScene scene, RTCIntersectContext * context, Rays rays, unsigned int count), \
+          (scene, context, rays, count), kind, FormOfStream(count), count)
+#define INTERLEAVED(name, kind, Rays)                                                  \
+  COUNTED(void, name,                                                                  \
+          (RTCScene scene, RTCIntersectContext * context, Rays * rays, unsigned int N, \
+           unsigned int M, size_t stride),                                             \
+          (scene, context, rays, N, M, stride), kind, FormOfStream(uint64_t{N} * M),   \
+          uint64_t{N} * M)
+#define POINTS(lanes)                                                                   \
+  COUNTED(bool, rtcPointQuery##lanes,                                                   \
+          (const int* valid, RTCScene scene, RTCPointQuery##lanes* query,               \
+           RTCPointQueryContext* context, RTCPointQueryFunction function, void** data), \
+          (valid, scene, query, context, function, data), Kind::kPoint, Form::kPacket,  \
+          CountValid(valid, lanes))
+
 }  // namespace
 
-// As the headers declare them.
 extern "C" {
 
 RTC_API RTCDevice rtcNewDevice(const char* config) {
@@ -155,157 +193,35 @@ RTC_API RTCGeometry rtcNewGeometry(RTCDevice device, RTCGeometryType type) {
   return geometry;
 }
 
-RTC_API void rtcCommitScene(RTCScene scene) {
-  NEXT(rtcCommitScene);
-  const Counted counted(Kind::kCommit, Form::kSingle, 0);
-  next(scene);
-}
+// clang-format off: a line a function.
+COUNTED(void, rtcCommitScene, (RTCScene scene), (scene), Kind::kCommit, Form::kSingle, 0)
+COUNTED(void, rtcJoinCommitScene, (RTCScene scene), (scene), Kind::kCommit, Form::kSingle, 0)
 
-RTC_API void rtcJoinCommitScene(RTCScene scene) {
-  NEXT(rtcJoinCommitScene);
-  const Counted counted(Kind::kCommit, Form::kSingle, 0);
-  next(scene);
-}
+SINGLE(rtcIntersect1, Kind::kClosest, RTCRayHit)
+PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 4)
+PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 8)
+PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 16)
+RECORDS(rtcIntersect1M, Kind::kClosest, RTCRayHit)
+ARRAY(rtcIntersect1Mp, Kind::kClosest, RTCRayHit**)
+ARRAY(rtcIntersectNp, Kind::kClosest, const RTCRayHitNp*)
+INTERLEAVED(rtcIntersectNM, Kind::kClosest, RTCRayHitN)
 
-RTC_API void rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rayhit) {
-  NEXT(rtcIntersect1);
-  const Counted counted(Kind::kClosest, Form::kSingle, 1);
-  next(scene, context, rayhit);
-}
+SINGLE(rtcOccluded1, Kind::kAny, RTCRay)
+PACKET(rtcOccluded, Kind::kAny, RTCRay, 4)
+PACKET(rtcOccluded, Kind::kAny, RTCRay, 8)
+PACKET(rtcOccluded, Kind::kAny, RTCRay, 16)
+RECORDS(rtcOccluded1M, Kind::kAny, RTCRay)
+ARRAY(rtcOccluded1Mp, Kind::kAny, RTCRay**)
+ARRAY(rtcOccludedNp, Kind::kAny, const RTCRayNp*)
+INTERLEAVED(rtcOccludedNM, Kind::kAny, RTCRayN)
 
-RTC_API void rtcIntersect4(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                           RTCRayHit4* rayhit) {
-  NEXT(rtcIntersect4);
-  const Counted counted(Kind::kClosest, Form::kPacket, CountValid(valid, 4));
-  next(valid, scene, context, rayhit);
-}
-
-RTC_API void rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                           RTCRayHit8* rayhit) {
-  NEXT(rtcIntersect8);
-  const Counted counted(Kind::kClosest, Form::kPacket, CountValid(valid, 8));
-  next(valid, scene, context, rayhit);
-}
-
-RTC_API void rtcIntersect16(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                            RTCRayHit16* rayhit) {
-  NEXT(rtcIntersect16);
-  const Counted counted(Kind::kClosest, Form::kPacket, CountValid(valid, 16));
-  next(valid, scene, context, rayhit);
-}
-
-RTC_API void rtcIntersect1M(RTCScene scene, RTCIntersectContext* context, RTCRayHit* rayhit,
-                            unsigned int M, size_t byteStride) {
-  NEXT(rtcIntersect1M);
-  const Counted counted(Kind::kClosest, FormOfStream(M), M);
-  next(scene, context, rayhit, M, byteStride);
-}
-
-RTC_API void rtcIntersect1Mp(RTCScene scene, RTCIntersectContext* context, RTCRayHit** rayhit,
-                             unsigned int M) {
-  NEXT(rtcIntersect1Mp);
-  const Counted counted(Kind::kClosest, FormOfStream(M), M);
-  next(scene, context, rayhit, M);
-}
-
-RTC_API void rtcIntersectNM(RTCScene scene, RTCIntersectContext* context, RTCRayHitN* rayhit,
-                            unsigned int N, unsigned int M, size_t byteStride) {
-  NEXT(rtcIntersectNM);
-  const Counted counted(Kind::kClosest, FormOfStream(uint64_t{N} * M), uint64_t{N} * M);
-  next(scene, context, rayhit, N, M, byteStride);
-}
-
-RTC_API void rtcIntersectNp(RTCScene scene, RTCIntersectContext* context, const RTCRayHitNp* rayhit,
-                            unsigned int N) {
-  NEXT(rtcIntersectNp);
-  const Counted counted(Kind::kClosest, FormOfStream(N), N);
-  next(scene, context, rayhit, N);
-}
-
-RTC_API void rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
-  NEXT(rtcOccluded1);
-  const Counted counted(Kind::kAny, Form::kSingle, 1);
-  next(scene, context, ray);
-}
-
-RTC_API void rtcOccluded4(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                          RTCRay4* ray) {
-  NEXT(rtcOccluded4);
-  const Counted counted(Kind::kAny, Form::kPacket, CountValid(valid, 4));
-  next(valid, scene, context, ray);
-}
-
-RTC_API void rtcOccluded8(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                          RTCRay8* ray) {
-  NEXT(rtcOccluded8);
-  const Counted counted(Kind::kAny, Form::kPacket, CountValid(valid, 8));
-  next(valid, scene, context, ray);
-}
-
-RTC_API void rtcOccluded16(const int* valid, RTCScene scene, RTCIntersectContext* context,
-                           RTCRay16* ray) {
-  NEXT(rtcOccluded16);
-  const Counted counted(Kind::kAny, Form::kPacket, CountValid(valid, 16));
-  next(valid, scene, context, ray);
-}
-
-RTC_API void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* ray,
-                           unsigned int M, size_t byteStride) {
-  NEXT(rtcOccluded1M);
-  const Counted counted(Kind::kAny, FormOfStream(M), M);
-  next(scene, context, ray, M, byteStride);
-}
-
-RTC_API void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** ray,
-                            unsigned int M) {
-  NEXT(rtcOccluded1Mp);
-  const Counted counted(Kind::kAny, FormOfStream(M), M);
-  next(scene, context, ray, M);
-}
-
-RTC_API void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* ray,
-                           unsigned int N, unsigned int M, size_t byteStride) {
-  NEXT(rtcOccludedNM);
-  const Counted counted(Kind::kAny, FormOfStream(uint64_t{N} * M), uint64_t{N} * M);
-  next(scene, context, ray, N, M, byteStride);
-}
-
-RTC_API void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp* ray,
-                           unsigned int N) {
-  NEXT(rtcOccludedNp);
-  const Counted counted(Kind::kAny, FormOfStream(N), N);
-  next(scene, context, ray, N);
-}
-
-RTC_API bool rtcPointQuery(RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
-                           RTCPointQueryFunction function, void* data) {
-  NEXT(rtcPointQuery);
-  const Counted counted(Kind::kPoint, Form::kSingle, 1);
-  return next(scene, query, context, function, data);
-}
-
-RTC_API bool rtcPointQuery4(const int* valid, RTCScene scene, RTCPointQuery4* query,
-                            RTCPointQueryContext* context, RTCPointQueryFunction function,
-                            void** data) {
-  NEXT(rtcPointQuery4);
-  const Counted counted(Kind::kPoint, Form::kPacket, CountValid(valid, 4));
-  return next(valid, scene, query, context, function, data);
-}
-
-RTC_API bool rtcPointQuery8(const int* valid, RTCScene scene, RTCPointQuery8* query,
-                            RTCPointQueryContext* context, RTCPointQueryFunction function,
-                            void** data) {
-  NEXT(rtcPointQuery8);
-  const Counted counted(Kind::kPoint, Form::kPacket, CountValid(valid, 8));
-  return next(valid, scene, query, context, function, data);
-}
-
-RTC_API bool rtcPointQuery16(const int* valid, RTCScene scene, RTCPointQuery16* query,
-                             RTCPointQueryContext* context, RTCPointQueryFunction function,
-                             void** data) {
-  NEXT(rtcPointQuery16);
-  const Counted counted(Kind::kPoint, Form::kPacket, CountValid(valid, 16));
-  return next(valid, scene, query, context, function, data);
-}
+COUNTED(bool, rtcPointQuery,
+        (RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
+         RTCPointQueryFunction function, void* data),
+        (scene, query, context, function, data), Kind::kPoint, Form::kSingle, 1)
+POINTS(4)
+POINTS(8)
+POINTS(16)
+// clang-format on
 
 }  // extern "C"

@@ -11,6 +11,8 @@
 #include "geometry_kind.h"
 #include "libraries.h"
 #include "memory_child.h"
+#include "output_file.h"
+#include "processor.h"
 #include "progress.h"
 #include "ray_kind.h"
 #include "table.h"
@@ -36,7 +38,9 @@ std::string Rate(const CellResult& result, double seconds) {
 class MeshComparison {
  public:
   explicit MeshComparison(const Options& options)
-      : options_(options), scene_(SceneSource(options.mesh, "").LoadForEmbree()) {}
+      : options_(options),
+        scene_(SceneSource(options.mesh, "").LoadForEmbree()),
+        results_{"dacrt-compare " + options.mesh, ProcessorName(), options.repeat, {}, {}} {}
 
   int Run() {
     Measure();
@@ -46,10 +50,13 @@ class MeshComparison {
                 options_.drop_in.c_str());
     PrintScene();
     PrintCalls();
-    std::vector<Compared> parts = Parts();
-    for (const std::string& line :
-         Verdict(parts, nullptr, {memory_.embree.peak_resident, memory_.dacrt.peak_resident})) {
-      std::puts(line.c_str());
+    const std::vector<std::string> verdict =
+        Verdict(Parts(), nullptr, {memory().embree.peak_resident, memory().dacrt.peak_resident});
+    for (const std::string& line : verdict) std::puts(line.c_str());
+    if (!options_.json.empty()) {
+      nlohmann::ordered_json json = ToJson(results_);  // as embree_bench has it
+      json["verdict"] = verdict;
+      WriteFile(options_.json, JsonText(json));
     }
     return kSuccess;
   }
@@ -77,7 +84,7 @@ class MeshComparison {
         RayBuffer rays = contest.MakeRays(cell);
         const BatchSize& batch = *FindBatchSize(size);
         if (rays.rays().size() >= (batch.IsSlice() ? batch.rays : 1)) {
-          results_.push_back(contest.Measure(
+          results_.cells.push_back(contest.Measure(
               cell, [&](const std::string& step) { progress.Show(name + ": " + step); }, rays));
         }
         progress.Skip(1);
@@ -85,7 +92,7 @@ class MeshComparison {
     }
     progress.Show("memory");
     MeasureMemory();
-    if (results_.empty()) {
+    if (results_.cells.empty()) {
       throw UnreadableScene(options_.mesh + ": no ray of the view hits anything");
     }
   }
@@ -97,14 +104,20 @@ class MeshComparison {
     RayBuffer rays = source.Make(*FindRayKind("primary"), kSide, [](RayBuffer&) {});
     const std::string config = DeviceConfig(options_.isa, options_.threads);
     const std::vector<std::string> child = {OwnPath(), "--memory-child"};
-    memory_.embree = MeasureMemoryInChild(options_.embree, config, scene_, kGeometry, rays, child);
-    memory_.dacrt = MeasureMemoryInChild(options_.drop_in, config, scene_, kGeometry, rays, child);
+    const auto measure = [&](const std::string& library) {
+      return MeasureMemoryInChild(library, config, scene_, kGeometry, rays, child);
+    };
+    const Cell cell{options_.mesh, kGeometry, options_.isa, "primary", "64K", options_.threads};
+    results_.memory.push_back({cell, scene_.TriangleCount(), rays.rays().size(),
+                               measure(options_.embree), measure(options_.drop_in)});
   }
+
+  const MemoryResult& memory() const { return results_.memory.front(); }
 
   /// The median of all commits.
   std::vector<double> Commits(Times CellResult::*library) const {
     std::vector<double> commits;
-    for (const CellResult& result : results_) {
+    for (const CellResult& result : results_.cells) {
       const std::vector<double>& own = (result.*library).commit;
       commits.insert(commits.end(), own.begin(), own.end());
     }
@@ -120,10 +133,10 @@ class MeshComparison {
     const auto embree = Commits(&CellResult::embree), dacrt = Commits(&CellResult::dacrt);
     if (!embree.empty()) add("commit, ms", 1e3 * Median(embree), 1e3 * Median(dacrt), 2);
     const auto megabytes = [](std::size_t bytes) { return static_cast<double>(bytes) / 1e6; };
-    add("kept after a picture, MB", megabytes(memory_.embree.kept_resident),
-        megabytes(memory_.dacrt.kept_resident), 1);
-    add("peak, MB", megabytes(memory_.embree.peak_resident), megabytes(memory_.dacrt.peak_resident),
-        1);
+    add("kept after a picture, MB", megabytes(memory().embree.kept_resident),
+        megabytes(memory().dacrt.kept_resident), 1);
+    add("peak, MB", megabytes(memory().embree.peak_resident),
+        megabytes(memory().dacrt.peak_resident), 1);
     table.Print(std::cout);
     std::puts("");
   }
@@ -135,7 +148,7 @@ class MeshComparison {
     Table table({"rays", "a call", "first: Embree", "dacrt", "ratio", "later: Embree", "dacrt",
                  "ratio", "hits %"},
                 1);
-    for (const CellResult& result : results_) {
+    for (const CellResult& result : results_.cells) {
       std::vector<std::string> row = {result.cell.kind, result.cell.size};
       if (result.HasOneShot()) {
         row.push_back(Fixed(1e3 * result.embree.OneShot(), 2));
@@ -156,7 +169,7 @@ class MeshComparison {
 
   std::vector<Compared> Parts() const {
     std::vector<Compared> parts;
-    for (const CellResult& result : results_) {
+    for (const CellResult& result : results_.cells) {
       const RayKind& kind = *FindRayKind(result.cell.kind);
       const BatchSize& size = *FindBatchSize(result.cell.size);
       const Kind asked = kind.query == Query::kAny ? Kind::kAny : Kind::kClosest;
@@ -174,10 +187,7 @@ class MeshComparison {
 
   const Options& options_;
   const BenchScene scene_;
-  std::vector<CellResult> results_;
-  struct {
-    MemoryUse embree, dacrt;
-  } memory_;
+  EmbreeResults results_;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <system_error>
 #include <thread>
@@ -33,7 +34,7 @@ where dacrt gains, where it loses, and what to set.
 
 constexpr char kFooter[] = R"(
   dacrt-compare scan.ply
-  dacrt-compare --rays 1K 1M --kind diffuse -- scan.ply
+  dacrt-compare --rays 1K 1M --kind diffuse --json figures.json scan.ply
   dacrt-compare viewer_stream -c cornell_box.ecs --size 512 512 -o picture.ppm
 
 A mesh is an OBJ, PLY, glTF or STL file, or a generated hall: hall-260k, hall-2m. It is committed and
@@ -44,7 +45,7 @@ A program is run on both libraries as it is, its output put away. Its calls are 
 in them, on all threads together. It must end by itself; interactive ones are ended by hand.
 
 Exit codes: 0 compared, 2 bad command line, 3 mesh cannot be read, 4 the libraries find different hits,
-6 the program cannot be started or compared, 7 it runs with Embree only, 1 anything else.)";
+5 the JSON file cannot be written, 6 the program cannot be started or compared, 7 it runs with Embree only, 1 anything else.)";
 
 bool IsMeshFile(const std::string& name) {
   std::string extension = fs::path(name).extension().string();
@@ -116,6 +117,7 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
       ->type_name("FILE");
   app.add_option("--config", options.config, "DACRT_CONFIG for dacrt, as in dacrt_budget=0")
       ->type_name("CONFIG");
+  app.add_option("--json", options.json, "Also write all figures")->type_name("FILE");
   app.add_option("--repeat", options.repeat, "Rounds, of which the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str()
@@ -138,6 +140,10 @@ std::optional<Options> ParseOptions(int argc, char** argv) {
       ->type_name("SIZE");
   if (!bench::ParseCommandLine(app, argc, argv)) return std::nullopt;
   TakeTarget(app.remaining(), app, options);
+  // What cannot be written is found before anything is measured.
+  if (!options.json.empty() && !std::ofstream(options.json, std::ios::app)) {
+    throw bench::OutputError(options.json + ": cannot be written");
+  }
   if (options.drop_in.empty()) options.drop_in = FindDropIn();
   options.drop_in = fs::canonical(options.drop_in).string();  // with a slash
   if (!options.embree.empty()) options.embree = fs::canonical(options.embree).string();

@@ -10,6 +10,7 @@ namespace dacrt::compare {
 struct Options {
   std::string embree, drop_in;  ///< the libraries
   std::string config;           ///< DACRT_CONFIG for dacrt
+  std::string json;             ///< file for all figures; empty: none
   int repeat = 3;
 
   // Of meshes.
@@ -22,7 +23,7 @@ struct Options {
 };
 
 /// Nothing if only help was asked for, which has then been printed. Throws bench::UsageError, and
-/// ProgramError if there is neither a mesh nor a program of that name.
+/// ProgramError if there is neither a mesh nor a program of that name. Throws bench::OutputError.
 std::optional<Options> ParseOptions(int argc, char** argv);
 
 }  // namespace dacrt::compare

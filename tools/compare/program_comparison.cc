@@ -10,6 +10,7 @@
 #include "exit_codes.h"
 #include "format.h"
 #include "libraries.h"
+#include "output_file.h"
 #include "program_run.h"
 #include "progress.h"
 #include "table.h"
@@ -57,6 +58,28 @@ std::string Ratio(double embree, double dacrt) {
   return embree > 0 && dacrt > 0 ? Fixed(embree / dacrt, 2) : "";
 }
 
+nlohmann::ordered_json ToJson(const ProgramRun& run) {
+  nlohmann::ordered_json calls = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < kKinds; ++k) {
+    for (std::size_t f = 0; f < kForms; ++f) {
+      const CallTotals& totals = run.of[k][f];
+      if (totals.calls == 0) continue;
+      calls.push_back({{"calls", NameOf(static_cast<Kind>(k), static_cast<Form>(f))},
+                       {"number", totals.calls},
+                       {"rays", totals.rays},
+                       {"in_callbacks", totals.inner_calls},
+                       {"seconds", totals.seconds}});
+    }
+  }
+  return {{"library", run.library},
+          {"exit_code", run.exit_code},
+          {"seconds", run.seconds},
+          {"seconds_inside", run.SecondsInside()},
+          {"peak_bytes", run.peak_bytes},
+          {"refused_geometries", run.refused_geometries},
+          {"calls", calls}};
+}
+
 struct Report {
   const ProgramRun& embree;
   const ProgramRun& dacrt;
@@ -90,6 +113,13 @@ struct Report {
     return parts;
   }
 
+  /// Geometries that dacrt alone refuses.
+  uint32_t Refused() const {
+    return dacrt.refused_geometries - std::min(dacrt.refused_geometries, embree.refused_geometries);
+  }
+
+  bool RunsWithDacrt() const { return dacrt.exit_code == 0 && dacrt.devices > 0 && Refused() == 0; }
+
   /// Programs that draw for a while make more calls where these are faster.
   bool HasSameWork() const {
     uint64_t rays[2] = {0, 0};
@@ -118,6 +148,34 @@ void ScaleToSameWork(const Report& report, std::vector<Compared>& parts, Compare
   }
 }
 
+/// The lines that end the report. Prints what is to be read before them. Throws ProgramError.
+std::vector<std::string> Judge(const std::string& program, const Report& report) {
+  if (report.dacrt.exit_code != 0 || report.dacrt.devices == 0) {
+    return {"verdict: stay: it does not run with dacrt: " + Ended(report.dacrt)};
+  }
+  std::vector<Compared> parts = report.Print();
+  std::puts("");
+  if (const uint32_t refused = report.Refused()) {
+    return {"verdict: stay: " + std::to_string(refused) +
+            " of its geometries are of types that dacrt does not have (subdivision surfaces, "
+            "curves)"};
+  }
+  Compared total{"in the library", Kind::kClosest, Form::kSingle, report.embree.SecondsInside(),
+                 report.dacrt.SecondsInside()};
+  if (!report.HasSameWork()) {
+    std::puts("The runs trace different numbers of rays: the verdict goes by the time a ray.");
+    std::erase_if(parts, [&](const Compared& part) {
+      const auto& of = report.dacrt.of[static_cast<std::size_t>(part.kind)];
+      return part.kind != Kind::kCommit && of[static_cast<std::size_t>(part.form)].rays == 0;
+    });
+    ScaleToSameWork(report, parts, total);
+  }
+  if (parts.empty()) {
+    throw ProgramError(program + ": makes a device, and no call that takes time");
+  }
+  return Verdict(parts, &total, {report.embree.peak_bytes, report.dacrt.peak_bytes});
+}
+
 }  // namespace
 
 int CompareProgram(const Options& options) {
@@ -144,37 +202,16 @@ int CompareProgram(const Options& options) {
   const Report report{MedianRun(embree_runs), MedianRun(dacrt_runs)};
   std::printf("%s, median of %d runs\nEmbree: %s\ndacrt: %s\n\n", program.c_str(), options.repeat,
               report.embree.library.c_str(), options.drop_in.c_str());
-  if (report.dacrt.exit_code != 0 || report.dacrt.devices == 0) {
-    std::printf("verdict: stay: it does not run with dacrt: %s\n", Ended(report.dacrt).c_str());
-    return kNotForDacrt;
+  const std::vector<std::string> verdict = Judge(program, report);
+  for (const std::string& line : verdict) std::puts(line.c_str());
+  if (!options.json.empty()) {
+    const nlohmann::ordered_json json = {{"program", options.command},
+                                         {"embree", ToJson(report.embree)},
+                                         {"dacrt", ToJson(report.dacrt)},
+                                         {"verdict", verdict}};
+    bench::WriteFile(options.json, bench::JsonText(json));
   }
-  std::vector<Compared> parts = report.Print();
-  std::puts("");
-  if (report.dacrt.refused_geometries > report.embree.refused_geometries) {
-    std::printf(
-        "verdict: stay: %u of its geometries are of types that dacrt does not have (subdivision "
-        "surfaces, curves)\n",
-        report.dacrt.refused_geometries - report.embree.refused_geometries);
-    return kNotForDacrt;
-  }
-  Compared total{"in the library", Kind::kClosest, Form::kSingle, report.embree.SecondsInside(),
-                 report.dacrt.SecondsInside()};
-  if (!report.HasSameWork()) {
-    std::puts("The runs trace different numbers of rays: the verdict goes by the time a ray.");
-    std::erase_if(parts, [&](const Compared& part) {
-      const auto& of = report.dacrt.of[static_cast<std::size_t>(part.kind)];
-      return part.kind != Kind::kCommit && of[static_cast<std::size_t>(part.form)].rays == 0;
-    });
-    ScaleToSameWork(report, parts, total);
-  }
-  if (parts.empty()) {
-    throw ProgramError(program + ": makes a device, and no call that takes time");
-  }
-  for (const std::string& line :
-       Verdict(parts, &total, {report.embree.peak_bytes, report.dacrt.peak_bytes})) {
-    std::puts(line.c_str());
-  }
-  return bench::kSuccess;
+  return report.RunsWithDacrt() ? bench::kSuccess : kNotForDacrt;
 }
 
 }  // namespace dacrt::compare

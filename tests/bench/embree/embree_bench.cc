@@ -11,7 +11,6 @@
 #include "command_line.h"
 #include "embree_contest.h"
 #include "embree_options.h"
-#include "embree_plots.h"
 #include "embree_report.h"
 #include "errors.h"
 #include "format.h"
@@ -53,7 +52,9 @@ class Benchmark {
     EmbreeContest contest(scene, content,
                           {.isa = first.isa,
                            .threads = first.threads,
-                           .anew = std::ranges::any_of(cells, MeasuresOneShot)},
+                           .anew = std::ranges::any_of(cells, MeasuresOneShot),
+                           .embree = DACRT_REAL_EMBREE,
+                           .drop_in = DACRT_DROP_IN},
                           options_.effort);
     for (const Cell& cell : cells) {
       const std::string name = Name(cell);

@@ -24,8 +24,7 @@ struct ContestSetup {
   std::string isa;
   int threads = 1;
   bool anew = false;  ///< cells that have a one shot (cell_list.h) are measured with it
-  std::string embree = DACRT_REAL_EMBREE;  ///< the libraries
-  std::string drop_in = DACRT_DROP_IN;
+  std::string embree, drop_in;  ///< the libraries
 };
 
 /// Both libraries on one scene, with the same instruction set and number of threads. Contests for

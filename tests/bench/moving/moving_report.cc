@@ -5,12 +5,9 @@
 #include <set>
 #include <utility>
 
-#include "command_line.h"
 #include "format.h"
 #include "moving_cells.h"
 #include "moving_content.h"
-#include "output_file.h"
-#include "ratio_panels.h"
 #include "sections.h"
 #include "timing.h"
 
@@ -113,18 +110,6 @@ Conditions ConditionsOf(const MovingResults& results) {
           results.repeat};
 }
 
-RatioLine LineOf(const MovingResults& results, const MovingCell& place) {
-  RatioLine line{place.kind + ", " + ThreadsText(place.threads), {}};
-  for (const FrameSize& size : FrameSizes()) {
-    MovingCell cell = place;
-    cell.size = size.name;
-    const auto found = std::ranges::find(results.cells, cell, &MovingResult::cell);
-    std::optional<double>& ratio = line.ratios.emplace_back();
-    if (found != results.cells.end()) ratio = found->Ratio();
-  }
-  return line;
-}
-
 }  // namespace
 
 std::vector<Goal> JudgeGoals(const MovingResults& results) {
@@ -152,38 +137,6 @@ void PrintText(const MovingResults& results, std::ostream& out) {
 
 void PrintMarkdown(const MovingResults& results, std::ostream& out) {
   PrintSectionsMarkdown(ConditionsOf(results), Sections(results), out);
-}
-
-std::string MovingPlot(const MovingResults& results, const std::string& scene) {
-  std::vector<RatioPanel> panels;
-  for (const ChangeKind& change : ChangeKinds()) {
-    const bool is_measured = std::ranges::any_of(results.cells, [&](const MovingResult& result) {
-      return result.cell.scene == scene && result.cell.change == change.name;
-    });
-    if (!is_measured) continue;
-    RatioPanel& panel = panels.emplace_back(RatioPanel{change.name, {}});
-    for (const std::string& kind : MovingRayKinds()) {
-      for (const int threads : ThreadsIn(results)) {
-        panel.lines.push_back(LineOf(results, {scene, change.name, kind, "", threads}));
-      }
-    }
-  }
-  return DrawRatioPanels(
-      scene + ", moving: Embree's time of a frame over dacrt's, against its rays",
-      NamesOf(FrameSizes()), panels);
-}
-
-std::vector<std::string> WritePlots(const MovingResults& results,
-                                    const std::filesystem::path& folder) {
-  std::set<std::string> scenes;
-  for (const MovingResult& result : results.cells) scenes.insert(result.cell.scene);
-  std::vector<std::string> files;
-  for (const std::string& scene : scenes) {
-    const std::string stem = std::filesystem::path(scene).stem();  // of a name, the name
-    files.push_back("moving-" + stem + ".svg");
-    WriteFile(folder / files.back(), MovingPlot(results, scene));
-  }
-  return files;
 }
 
 }  // namespace dacrt::bench

@@ -1,9 +1,7 @@
-// The results of moving_bench: goals, tables, plots.
+// The results of moving_bench: goals and tables.
 #pragma once
 
-#include <filesystem>
 #include <iosfwd>
-#include <string>
 #include <vector>
 
 #include "goal.h"
@@ -18,14 +16,5 @@ void PrintText(const MovingResults& results, std::ostream& out);
 
 /// The same as a page, with the command that made it.
 void PrintMarkdown(const MovingResults& results, std::ostream& out);
-
-/// A panel for each change: the ratio, a line for each kind of rays and number of threads, against
-/// the rays a frame.
-std::string MovingPlot(const MovingResults& results, const std::string& scene);
-
-/// Writes moving-SCENE.svg into the folder for each scene, and returns these names. Throws
-/// OutputError (errors.h).
-std::vector<std::string> WritePlots(const MovingResults& results,
-                                    const std::filesystem::path& folder);
 
 }  // namespace dacrt::bench

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -210,7 +211,8 @@ class CompareTest : public testing::Test {
 };
 
 TEST_F(CompareTest, AProgramGetsATableAndAVerdict) {
-  ASSERT_EQ(Run("--repeat 1 --config threads=1 '" KNOWN_CALLS "' all --help"), 0) << errors_;
+  ASSERT_EQ(Run("--repeat 1 --config threads=1 --json figures '" KNOWN_CALLS "' all --help"), 0)
+      << errors_;
   EXPECT_EQ(errors_, "");
   for (const char* const text :
        {"closest hit, single rays", "any hit, single rays (1 in callbacks)", "any hit, packets",
@@ -218,18 +220,35 @@ TEST_F(CompareTest, AProgramGetsATableAndAVerdict) {
         "peak memory, MB", "verdict: ", "gains: ", "loses: "}) {
     EXPECT_TRUE(Has(out_, text)) << text << " in\n" << out_;
   }
+  const auto figures = nlohmann::json::parse(Read("figures"));
+  EXPECT_EQ(figures["program"], (std::vector<std::string>{KNOWN_CALLS, "all", "--help"}));
+  for (const char* const library : {"embree", "dacrt"}) {
+    const auto& run = figures[library];
+    EXPECT_GT(run["seconds_inside"], 0);
+    EXPECT_EQ(run["calls"].size(), 8u);
+    EXPECT_EQ(run["calls"][0]["calls"], "closest hit, single rays");
+    EXPECT_EQ(run["calls"][0]["rays"], 1);
+  }
+  EXPECT_TRUE(figures["verdict"][0].get<std::string>().starts_with("verdict: "));
 }
 
 TEST_F(CompareTest, AMeshGetsTablesAndAVerdict) {
   std::ofstream(folder_ / "mesh.obj")
       << "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nv 0 0 3\nf 1 2 3\nf 1 2 4\n";
-  ASSERT_EQ(Run("--repeat 1 --threads 1 --kind primary ambient --rays 1 64K -- mesh.obj"), 0)
+  ASSERT_EQ(
+      Run("--repeat 1 --threads 1 --kind primary ambient --rays 1 64K --json figures mesh.obj"), 0)
       << errors_;
   for (const char* const text :
        {"mesh.obj: 2 triangles", "commit, ms", "peak, MB", "first: Embree", "primary", "ambient",
         "64K", "verdict: ", "(first passes)", "(later passes)", "gains: ", "loses: "}) {
     EXPECT_TRUE(Has(out_, text)) << text << " in\n" << out_;
   }
+  const auto figures = nlohmann::json::parse(Read("figures"));
+  ASSERT_EQ(figures["cells"].size(), 4u);
+  EXPECT_EQ(figures["cells"][0]["triangles"], 2);
+  EXPECT_GT(figures["cells"][0]["steady_ratio"], 0);
+  EXPECT_GT(figures["memory"][0]["dacrt"]["peak_resident_bytes"], 0);
+  EXPECT_TRUE(figures["verdict"][0].get<std::string>().starts_with("verdict: "));
 }
 
 TEST_F(CompareTest, AProgramThatNeedsEmbreeIsToldToStay) {
@@ -243,12 +262,13 @@ TEST_F(CompareTest, AProgramThatNeedsEmbreeIsToldToStay) {
 }
 
 TEST_F(CompareTest, BadInputGetsOneLineAndAnExitCode) {
-  constexpr int kUsage = 2, kMesh = 3;
+  constexpr int kUsage = 2, kMesh = 3, kOutput = 5;
   ExpectRefusal("", kUsage, "a mesh or a program is needed");
   ExpectRefusal("--colour red mesh.ply", kUsage, "there are --help --embree");
   ExpectRefusal("--repeat 0 mesh.ply", kUsage, "repeat");
   ExpectRefusal("--isa mmx mesh.ply", kUsage, "avx2");
   ExpectRefusal("--embree nowhere.so mesh.ply", kUsage, "nowhere.so");
+  ExpectRefusal("--json missing/figures hall-75k", kOutput, "missing/figures: cannot be written");
   ExpectRefusal("hall-75k --threads 1", kUsage, "options stand before it");
   ExpectRefusal("missing.ply", kMesh, "missing.ply: there is no such file");
   std::ofstream(folder_ / "broken.ply") << "ply\n";
