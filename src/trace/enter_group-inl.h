@@ -70,7 +70,7 @@ struct TogetherEnter {
           far_planes[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
         }
         uint64_t enter = 0;
-        for (size_t part = 0; part < kGroupParts; ++part) {
+        for (size_t part = 0; part < group.parts(); ++part) {
           V org[3], reciprocal[3];
           group.LoadPart(part, org, reciprocal);
           const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
@@ -105,7 +105,7 @@ struct EachEnters {
     for (size_t i = 0; i < node.count; ++i) {
       uint64_t enter = 0;
       V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
-      for (size_t part = 0; part < kGroupParts; ++part) {
+      for (size_t part = 0; part < group.parts(); ++part) {
         V org[3], reciprocal[3];
         group.LoadPart(part, org, reciprocal);
         WideBox box;

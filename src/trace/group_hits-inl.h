@@ -27,7 +27,7 @@ struct GroupHits {
 
   /// Those of the active rays of a group.
   GroupHits(const TraceTask& task, const GroupLanes& group, uint32_t active) {
-    for (size_t first = 0; first < kGroupRays; first += Lanes()) {
+    for (size_t first = 0; first < group.parts() * Lanes(); first += Lanes()) {
       const V one = hn::Set(kFloat, 1.0f), den = hn::Load(kFloat, group.den + first);
       const auto load = [&](const float* values)
                             HWY_ATTR { return hn::Load(kFloat, values + first); };

@@ -22,7 +22,6 @@ namespace HWY_NAMESPACE {
 constexpr size_t kGroupRays = 16;
 /// Vectors that hold a group.
 constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
-constexpr uint32_t kAllLanes = (uint32_t{1} << kGroupRays) - 1;
 
 #if HWY_TARGET != HWY_SCALAR
 /// Four vectors of four, from rows to columns.
@@ -62,6 +61,11 @@ struct GroupLanes {
   HWY_ALIGN float v[kGroupRays];
   HWY_ALIGN float den[kGroupRays];
   HWY_ALIGN float ng[3][kGroupRays];
+
+  /// Vectors in which rays stand: the first ones.
+  HWY_INLINE size_t parts() const { return kGroupParts == 1 ? 1 : parts_; }
+  /// Says that rays stand in the first `count` lanes.
+  HWY_INLINE void SetCount(size_t count) { parts_ = (count + Lanes() - 1) / Lanes(); }
 
   /// From the engine's record.
   void Load(size_t lane, const RayRecord& ray) {
@@ -135,6 +139,7 @@ struct GroupLanes {
         mask[lane] = ray.mask;
       }
     }
+    SetCount(count);
     return FinishLanes((1u << count) - 1);
   }
 
@@ -151,7 +156,7 @@ struct GroupLanes {
     octant = 0;
     for (int axis = 0; axis < 3; ++axis) {
       uint64_t negative = 0;
-      for (size_t part = 0; part < kGroupParts; ++part) {
+      for (size_t part = 0; part < parts(); ++part) {
         negative |=
             Bits(hn::Lt(hn::Load(kFloat, reciprocal[axis] + part * Lanes()), hn::Zero(kFloat)))
             << (part * Lanes());
@@ -166,8 +171,8 @@ struct GroupLanes {
   /// The least and the largest of some lanes' values.
   HWY_INLINE void Bound(const float* values, uint32_t lanes, float& low, float& high) const {
     V v_low = hn::Load(kFloat, values), v_high = v_low;
-    if (HWY_LIKELY(lanes == kAllLanes)) {
-      for (size_t part = 1; part < kGroupParts; ++part) {
+    if (HWY_LIKELY(lanes == (uint32_t{1} << (parts() * Lanes())) - 1)) {
+      for (size_t part = 1; part < parts(); ++part) {
         const V v = hn::Load(kFloat, values + part * Lanes());
         v_low = hn::Min(v_low, v);
         v_high = hn::Max(v_high, v);
@@ -175,7 +180,7 @@ struct GroupLanes {
     } else {
       const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)]);
       v_low = v_high = other;
-      for (size_t part = 0; part < kGroupParts; ++part) {
+      for (size_t part = 0; part < parts(); ++part) {
         const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
                                    hn::Load(kFloat, values + part * Lanes()), other);
         v_low = hn::Min(v_low, v);
@@ -197,7 +202,7 @@ struct GroupLanes {
 
   HWY_INLINE float LargestTFar(uint32_t lanes) const {
     V largest = hn::Zero(kFloat);
-    for (size_t part = 0; part < kGroupParts; ++part) {
+    for (size_t part = 0; part < parts(); ++part) {
       largest =
           hn::Max(largest, hn::IfThenElseZero(MaskOf(lanes >> (part * Lanes())),
                                               hn::Load(kFloat, tfar + part * Lanes())));
@@ -208,7 +213,7 @@ struct GroupLanes {
   /// Those of some lanes whose any-hit rays are blocked.
   HWY_INLINE uint32_t Blocked(uint32_t lanes) const {
     uint64_t blocked = 0;
-    for (size_t part = 0; part < kGroupParts; ++part) {
+    for (size_t part = 0; part < parts(); ++part) {
       const V end = hn::Load(kFloat, tfar + part * Lanes());
       blocked |= Bits(hn::Lt(end, hn::Zero(kFloat))) << (part * Lanes());
     }
@@ -288,6 +293,7 @@ struct GroupLanes {
     } else {
       memset(mask, 0xFF, sizeof(mask));
     }
+    SetCount(count);
     uint32_t valid = (1u << count) - 1;
     if (packet.valid) {
       for (size_t lane = 0; lane < count; ++lane) {
@@ -301,7 +307,7 @@ struct GroupLanes {
   /// by the definition in RayView.
   HWY_INLINE uint32_t FinishLanes(uint32_t lanes) {
     uint64_t active = 0;
-    for (size_t part = 0; part < kGroupParts; ++part) {
+    for (size_t part = 0; part < parts(); ++part) {
       const size_t first = part * Lanes();
       const V zero = hn::Zero(kFloat);
       const V begin = hn::Load(kFloat, tnear + first), end = hn::Load(kFloat, tfar + first);
@@ -323,6 +329,8 @@ struct GroupLanes {
     active &= lanes;
     return static_cast<uint32_t>(active);
   }
+
+  size_t parts_ = kGroupParts;
 };
 
 /// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and

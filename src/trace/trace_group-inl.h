@@ -96,7 +96,8 @@ class GroupTracer {
   void TraceRecords(ChildWord root, const RayNumber* numbers, size_t count, ListMemory memory) {
     numbers_ = numbers;
     with_record_ = UINT32_MAX;
-    for (size_t lane = 0; lane < kGroupRays; ++lane) {
+    lanes_.SetCount(count);
+    for (size_t lane = 0; lane < lanes_.parts() * Lanes(); ++lane) {
       lanes_.Load(lane, task_.rays[numbers[lane < count ? lane : 0]]);
     }
     TraceActive(root, (1u << count) - 1, memory);
@@ -172,7 +173,7 @@ class GroupTracer {
   /// Those of some lanes that have no hit closer than `distance`.
   HWY_INLINE uint32_t LanesWithin(uint32_t lanes, float distance) const {
     uint64_t within = 0;
-    for (size_t part = 0; part < kGroupParts; ++part) {
+    for (size_t part = 0; part < lanes_.parts(); ++part) {
       const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
       within |= Bits(hn::Ge(tfar, hn::Set(kFloat, distance))) << (part * Lanes());
     }
@@ -323,7 +324,7 @@ class GroupTracer {
   void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active, const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
     if (triangles.candidates == 0) return;
-    for (size_t part = 0; part < kGroupParts; ++part) {
+    for (size_t part = 0; part < lanes_.parts(); ++part) {
       const size_t first = part * Lanes();
       uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
       if (lanes == 0) continue;
