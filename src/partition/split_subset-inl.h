@@ -58,8 +58,8 @@ enum class SplitRule { kFast, kWell };
 
 /// Triangles up to which ranges are split on three axes. Sponza, ms to split it and trace 10,000
 /// diffuse rays, and to trace 200,000 when it is split: with 0 40 and 76, 16 44 and 75, 32 44 and
-/// 71, 48 45 and 72; with all 54 and 71.
-constexpr size_t BySurface(SplitRule rule) { return rule == SplitRule::kFast ? 0 : 64; }
+/// 71, 48 45 and 72; with all 54 and 71. Below 128 nodes are so many that they need more room.
+constexpr size_t BySurface(SplitRule rule) { return rule == SplitRule::kFast ? 0 : 128; }
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
