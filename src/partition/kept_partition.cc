@@ -11,9 +11,12 @@ namespace {
 std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
-/// to take. Quads and cells of grids fill two lanes of a leaf.
-std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
-  return 16 + lanes * kLeafLanes / (28 * leaf_lanes);
+/// to take, of triangles that are split well, and fast. Quads and cells of grids fill two lanes of
+/// a leaf.
+constexpr std::size_t kLanesANode = 28, kLanesANodeFast = 22;
+std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes,
+                     std::size_t lanes_a_node = kLanesANode) {
+  return 16 + lanes * kLeafLanes / (lanes_a_node * leaf_lanes);
 }
 
 std::size_t LanesOf(const MeshTable& meshes) {
@@ -67,8 +70,7 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
   room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
-  const std::size_t node_units = NodesFor(LanesOf(meshes)) * kUnitsANode;
-  leaf_units_ = room_units_ > node_units ? room_units_ - node_units : 0;
+  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(meshes)));
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
@@ -89,6 +91,19 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_[0].root = Subset::kUnsplit;
   subsets_[0].made_surface = bounds_.HalfArea();
   subsets_[0].mesh_bits = 0;
+}
+
+/// What nodes leave for leaves.
+std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
+  const std::size_t units = nodes * kUnitsANode;
+  return room_units_ > units ? room_units_ - units : 0;
+}
+
+void KeptPartition::SetShortLived() {
+  is_short_lived_ = true;
+  const std::size_t nodes = NodesFor(LanesOf(*meshes_), kLeafLanes, kLanesANodeFast);
+  leaf_units_ = std::min(leaf_units_, LeafUnitsBeside(nodes));
+  leaf_room_ = leaf_units_ > 0;
 }
 
 /// Each piece of the numbers is listed where it would stand if every triangle could be hit.

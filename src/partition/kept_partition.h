@@ -170,7 +170,8 @@ class KeptPartition {
   /// Whether it came in the place of another one, and so may not live for long: what is split from
   /// now on is split fast rather than well.
   bool is_short_lived() const { return is_short_lived_; }
-  void SetShortLived() { is_short_lived_ = true; }
+  /// Before anything is split.
+  void SetShortLived();
 
   /// Bytes that are in use, of those that the budget allows.
   std::size_t BytesUsed() const;
@@ -178,6 +179,7 @@ class KeptPartition {
 
  private:
   void List(ListFunction list, TaskPool& tasks);
+  std::size_t LeafUnitsBeside(std::size_t nodes) const;
   std::size_t NodesUsed() const { return taken_ >> 32; }
 
   /// A budget has so little to spare beside nodes and leaves.

@@ -140,13 +140,18 @@ inline WeighedChildren SplitRange(const AlongCurve& curve, TriangleRef* refs,
   }
   side = Extent::Empty();
   float best_cost = std::numeric_limits<float>::infinity();
-  size_t best = 0;
+  size_t best = 0, best_larger = SIZE_MAX;
   Extent left = Extent::Empty();
   for (size_t k = 0; k + 1 < parts; ++k) {
     side.Join(Extent::Load(extents[k]));
+    const size_t larger = std::max(ends[k], count - ends[k]);
+    // What fits two leaves does not become three: nodes have only so much room.
+    if (count <= 2 * kLeafLanes && larger > kLeafLanes) continue;
     const float cost = side.HalfArea() * LeafTests(ends[k]) + right_cost[k + 1];
-    if (k > 0 && !(cost < best_cost)) continue;
+    // Volumes that are all flat say nothing: then sides should be even.
+    if (cost > best_cost || (cost == best_cost && larger >= best_larger)) continue;
     best_cost = cost;
+    best_larger = larger;
     best = k;
     left = side;
   }

@@ -58,8 +58,12 @@ enum class SplitRule { kFast, kWell };
 
 /// Triangles up to which ranges are split on three axes. Sponza, ms to split it and trace 10,000
 /// diffuse rays, and to trace 200,000 when it is split: with 0 40 and 76, 16 44 and 75, 32 44 and
-/// 71, 48 45 and 72; with all 54 and 71.
-constexpr size_t BySurface(SplitRule rule) { return rule == SplitRule::kFast ? 0 : 64; }
+/// 71, 48 45 and 72; with all 54 and 71. Below 128 nodes are so many that they need more room;
+/// where leaves are large there is none, and it is all.
+constexpr size_t BySurface(SplitRule rule, size_t leaf_lanes) {
+  if (leaf_lanes > kLeafLanes) return SubsetScratch::kTriangles;
+  return rule == SplitRule::kFast ? 0 : 128;
+}
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
@@ -76,7 +80,7 @@ inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_
   size_t count;
   if (meshes.all_fill_one_lane()) {
     SortAlongCurve(range, scratch);
-    const AlongCurve curve{scratch.codes[0], BySurface(rule)};
+    const AlongCurve curve{scratch.codes[0], BySurface(rule, leaf_lanes)};
     count = NodeBuilder(curve, scratch.refs, leaves, nodes, scratch).Build({range, range.count()});
   } else {
     const Items items{meshes};
