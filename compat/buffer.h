@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "handles.h"
@@ -45,8 +46,12 @@ struct BufferView {
   std::size_t count = 0;
   RTCFormat format = RTC_FORMAT_UNDEFINED;
 
-  /// Where item 0 stands; null if there is no memory.
-  std::byte* data() const { return buffer && buffer->data() ? buffer->data() + offset : nullptr; }
+  /// Where item 0 stands; null if there is no memory. As a number: before it is checked the offset
+  /// may lead out of the address space.
+  std::byte* data() const {
+    if (!buffer || !buffer->data()) return nullptr;
+    return reinterpret_cast<std::byte*>(reinterpret_cast<std::uintptr_t>(buffer->data()) + offset);
+  }
 };
 
 inline Device& DeviceOf(Buffer& buffer) { return buffer.device(); }
