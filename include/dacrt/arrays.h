@@ -72,42 +72,44 @@ class Groups {
   std::size_t count_;
 };
 
+/// What the functions below have in common.
+inline Geometry GeometryOf(Shape shape, std::size_t primitives, uint32_t geometry_id,
+                           uint32_t mask) {
+  Geometry geometry;
+  geometry.shape = shape;
+  geometry.geometry_id = geometry_id;
+  geometry.mask = mask;
+  geometry.primitive_count = primitives;
+  return geometry;
+}
+
+template <std::size_t kCorners>
+Geometry MeshOf(Shape shape, const Groups<float, 3>& vertices,
+                const Groups<uint32_t, kCorners>& primitives, uint32_t geometry_id, uint32_t mask) {
+  Geometry mesh = GeometryOf(shape, primitives.count(), geometry_id, mask);
+  mesh.vertices = {vertices.array()};
+  mesh.vertex_count = vertices.count();
+  mesh.primitives = primitives.array();
+  return mesh;
+}
+
 /// `geometry_id` and `mask` of all of these: see TriangleMesh.
 inline Geometry Triangles(const Groups<float, 3>& vertices, const Groups<uint32_t, 3>& triangles,
                           uint32_t geometry_id = 0, uint32_t mask = UINT32_MAX) {
-  Geometry geometry;
-  geometry.shape = Shape::kTriangles;
-  geometry.geometry_id = geometry_id;
-  geometry.mask = mask;
-  geometry.vertices = {vertices.array()};
-  geometry.vertex_count = vertices.count();
-  geometry.primitives = triangles.array();
-  geometry.primitive_count = triangles.count();
-  return geometry;
+  return MeshOf(Shape::kTriangles, vertices, triangles, geometry_id, mask);
 }
 
 inline Geometry Quads(const Groups<float, 3>& vertices, const Groups<uint32_t, 4>& quads,
                       uint32_t geometry_id = 0, uint32_t mask = UINT32_MAX) {
-  Geometry geometry;
-  geometry.shape = Shape::kQuads;
-  geometry.geometry_id = geometry_id;
-  geometry.mask = mask;
-  geometry.vertices = {vertices.array()};
-  geometry.vertex_count = vertices.count();
-  geometry.primitives = quads.array();
-  geometry.primitive_count = quads.count();
-  return geometry;
+  return MeshOf(Shape::kQuads, vertices, quads, geometry_id, mask);
 }
 
 /// Centre and radius of each.
 inline Geometry Spheres(const Groups<float, 4>& spheres, uint32_t geometry_id = 0,
                         uint32_t mask = UINT32_MAX) {
-  Geometry geometry;
-  geometry.shape = Shape::kSpheres;
-  geometry.geometry_id = geometry_id;
-  geometry.mask = mask;
+  Geometry geometry = GeometryOf(Shape::kSpheres, spheres.count(), geometry_id, mask);
   geometry.vertices = {spheres.array()};
-  geometry.vertex_count = geometry.primitive_count = spheres.count();
+  geometry.vertex_count = spheres.count();
   return geometry;
 }
 
@@ -115,11 +117,7 @@ inline Geometry Spheres(const Groups<float, 4>& spheres, uint32_t geometry_id = 
 /// of one device.
 inline Geometry InstanceOf(std::shared_ptr<const Scene> scene, const AffineTransform& place,
                            uint32_t geometry_id = 0, uint32_t mask = UINT32_MAX) {
-  Geometry geometry;
-  geometry.shape = Shape::kInstance;
-  geometry.geometry_id = geometry_id;
-  geometry.mask = mask;
-  geometry.primitive_count = 1;
+  Geometry geometry = GeometryOf(Shape::kInstance, 1, geometry_id, mask);
   geometry.instanced_scene = std::move(scene);
   geometry.transforms.emplace_back().matrix = place;
   return geometry;
@@ -129,11 +127,7 @@ inline Geometry InstanceOf(std::shared_ptr<const Scene> scene, const AffineTrans
 inline Geometry UserPrimitives(std::size_t count, const BoundsCallback& bounds,
                                const Callback& hits, uint32_t geometry_id = 0,
                                uint32_t mask = UINT32_MAX) {
-  Geometry geometry;
-  geometry.shape = Shape::kUser;
-  geometry.geometry_id = geometry_id;
-  geometry.mask = mask;
-  geometry.primitive_count = count;
+  Geometry geometry = GeometryOf(Shape::kUser, count, geometry_id, mask);
   geometry.bounds = bounds;
   geometry.intersect = geometry.occluded = hits;
   return geometry;

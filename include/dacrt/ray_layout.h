@@ -63,30 +63,12 @@ class RayViewBuilder {
   Layout& Direction(V vector) {
     return SetVector(view_.dir_x, view_.dir_y, view_.dir_z, vector);
   }
-  template <class F>
-  Layout& Tnear(F tnear) {
-    return Set<float>(view_.tnear, tnear);
-  }
-  template <class F>
-  Layout& Tfar(F tfar) {
-    return Set<float>(view_.tfar, tfar);
-  }
-  template <class F>
-  Layout& Time(F time) {
-    return Set<float>(view_.time, time);
-  }
-  template <class F>
-  Layout& Mask(F mask) {
-    return Set<uint32_t>(view_.mask, mask);
-  }
-  template <class F>
-  Layout& Id(F id) {
-    return Set<uint32_t>(view_.id, id);
-  }
-  template <class F>
-  Layout& Flags(F flags) {
-    return Set<uint32_t>(view_.flags, flags);
-  }
+  Layout& Tnear(auto tnear) { return Set<float>(view_.tnear, tnear); }
+  Layout& Tfar(auto tfar) { return Set<float>(view_.tfar, tfar); }
+  Layout& Time(auto time) { return Set<float>(view_.time, time); }
+  Layout& Mask(auto mask) { return Set<uint32_t>(view_.mask, mask); }
+  Layout& Id(auto id) { return Set<uint32_t>(view_.id, id); }
+  Layout& Flags(auto flags) { return Set<uint32_t>(view_.flags, flags); }
 
   template <class F>
   Layout& Normal(F x, F y, F z) {
@@ -101,18 +83,9 @@ class RayViewBuilder {
     Set<float>(view_.u, u);
     return Set<float>(view_.v, v);
   }
-  template <class F>
-  Layout& PrimitiveId(F id) {
-    return Set<uint32_t>(view_.primitive_id, id);
-  }
-  template <class F>
-  Layout& GeometryId(F id) {
-    return Set<uint32_t>(view_.geometry_id, id);
-  }
-  template <class F>
-  Layout& InstanceId(F id) {
-    return Set<uint32_t>(view_.instance_id, id);
-  }
+  Layout& PrimitiveId(auto id) { return Set<uint32_t>(view_.primitive_id, id); }
+  Layout& GeometryId(auto id) { return Set<uint32_t>(view_.geometry_id, id); }
+  Layout& InstanceId(auto id) { return Set<uint32_t>(view_.instance_id, id); }
 
  protected:
   /// What can stand for a value of type T.
@@ -185,7 +158,7 @@ class RayRecords : public RayViewBuilder<RayRecords<Record>> {
 
   template <class Vector>
   RayView::Component PlaceVector(Vector Record::*member) {
-    static_assert(sizeof(Vector) >= 3 * sizeof(float) && alignof(Vector) >= alignof(float));
+    static_assert(sizeof(Vector) >= 3 * sizeof(float) && alignof(Vector) % alignof(float) == 0);
     return At(member);
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "rays/closeness.h"
 #include "trace/trace_task.h"
 
 namespace dacrt {
@@ -36,16 +37,10 @@ inline const Callback& FilterOf(const Geometry& geometry) {
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t mesh, FullHit& hit);
 
-/// Whether a hit at `key` may replace what the ray has, or nothing within its own tfar. Where it is
-/// as far away as a hit that the ray has, names decide.
-enum class Closeness { kFarther, kEqual, kCloser };
+/// CompareHits for a hit at `key` and what the ray has.
 inline Closeness Compare(const RayRecord& ray, float key, bool within_limit) {
-  if (key < ray.tfar) return Closeness::kCloser;
-  // At the ray's own tfar, t may have rounded to a larger number.
-  if (!(ray.state & RayRecord::kAtLimit ? within_limit : key == ray.tfar)) {
-    return Closeness::kFarther;
-  }
-  return ray.state & RayRecord::kHasHit ? Closeness::kEqual : Closeness::kCloser;
+  return CompareHits(key, within_limit, ray.tfar, ray.state & RayRecord::kAtLimit,
+                     ray.state & RayRecord::kHasHit);
 }
 
 /// Says that the ray has a hit at `key` now; which, is left to say.

@@ -50,6 +50,7 @@ std::vector<bool> HitsWithin(const LocalScene& local, std::span<FoundHit* const>
   }
   if (!probes.empty()) local.trace(Query::kAny, ViewOf(probes), {});
   std::vector<bool> does_hit;
+  does_hit.reserve(probes.size());
   for (const Probe& probe : probes) does_hit.push_back(probe.tfar == -kInfinity);
   return does_hit;
 }
@@ -80,6 +81,7 @@ void FindKeys(const LocalScene& local, std::span<FoundHit> hits) {
     float Middle() const { return std::bit_cast<float>(miss + (hit - miss) / 2); }
   };
   std::vector<Search> searches;
+  searches.reserve(grazing.size());
   for (const FoundHit* const hit : grazing) {
     searches.push_back(
         {std::bit_cast<uint32_t>(Above(hit->t)), std::bit_cast<uint32_t>(hit->limit)});

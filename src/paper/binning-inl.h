@@ -1,5 +1,8 @@
 // Binning: the triangles of a subproblem counted by their centres, and the candidate partitions
 // between the bins. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
+// Not what partition/surface_split-inl.h does with the same BinMap: here sample rays choose, so
+// every candidate is kept with the boxes of both sides; there the first of least surface is all
+// that is wanted.
 
 #if defined(DACRT_PAPER_BINNING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_PAPER_BINNING_INL_H_

@@ -14,6 +14,7 @@
 
 #include "paper/paper_task.h"
 #include "paper/triangle_block-inl.h"
+#include "rays/closeness.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -93,14 +94,14 @@ HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
   return rays;
 }
 
-/// Whether a hit at `t` of (mesh, primitive) replaces what the ray has: `hit` at `tfar`, or nothing
-/// within its own `tfar`. `within_limit` says that the hit passes Embree's test against tfar.
+/// Whether a hit at `t` of (mesh, primitive) replaces what the ray has, `hit` at `tfar`:
+/// CompareHits.
 inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive,
                      const PaperHit& hit, float tfar) {
-  if (t < tfar) return true;
-  // At the ray's own tfar, t may have rounded to a larger number. (kNone has the flag, too.)
-  if (!(hit.mesh & PaperHit::kAtLimit ? within_limit : t == tfar)) return false;
-  if (hit.mesh == PaperHit::kNone) return true;
+  // (kNone has the flag, too.)
+  const Closeness closeness = CompareHits(t, within_limit, tfar, hit.mesh & PaperHit::kAtLimit,
+                                          hit.mesh != PaperHit::kNone);
+  if (closeness != Closeness::kEqual) return closeness == Closeness::kCloser;
   const uint32_t hit_mesh = hit.mesh & ~PaperHit::kAtLimit;
   return mesh != hit_mesh ? mesh < hit_mesh : primitive < hit.primitive;
 }

@@ -2,20 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "paper/ray_batch.h"
+#include "rays/record_layout.h"
 
 namespace dacrt {
 namespace {
-
-template <class T>
-T Read(const RayView& view, RayView::Component component, std::size_t i, T absent) {
-  if (component == RayView::kAbsent) return absent;
-  T value;
-  std::memcpy(&value, reinterpret_cast<const void*>(view.Address(component, i)), sizeof(value));
-  return value;
-}
 
 /// The definition of an active ray in RayView.
 bool IsActive(const float* org, const float* dir, float tnear, float tfar) {
@@ -31,17 +23,18 @@ bool IsActive(const float* org, const float* dir, float tnear, float tfar) {
 
 RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Query query,
                   const MeshTable& meshes, RayBatch& batch) {
+  const RecordLayout records(view);
   uint32_t common_mask = UINT32_MAX;
   std::size_t slot = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t ray = first + i;
-    const float org[3] = {Read(view, view.org_x, ray, 0.0f), Read(view, view.org_y, ray, 0.0f),
-                          Read(view, view.org_z, ray, 0.0f)};
-    const float dir[3] = {Read(view, view.dir_x, ray, 0.0f), Read(view, view.dir_y, ray, 0.0f),
-                          Read(view, view.dir_z, ray, 0.0f)};
-    const float tnear = Read(view, view.tnear, ray, 0.0f);
-    const float tfar = Read(view, view.tfar, ray, 0.0f);
-    const uint32_t mask = Read(view, view.mask, ray, UINT32_MAX);
+    const float org[3] = {records.Read(view.org_x, ray, 0.0f), records.Read(view.org_y, ray, 0.0f),
+                          records.Read(view.org_z, ray, 0.0f)};
+    const float dir[3] = {records.Read(view.dir_x, ray, 0.0f), records.Read(view.dir_y, ray, 0.0f),
+                          records.Read(view.dir_z, ray, 0.0f)};
+    const float tnear = records.Read(view.tnear, ray, 0.0f);
+    const float tfar = records.Read(view.tfar, ray, 0.0f);
+    const uint32_t mask = records.Read(view.mask, ray, UINT32_MAX);
     // A mask of 0 meets nothing. Any other meets every mesh whose bits are all set.
     if (!IsActive(org, dir, tnear, tfar) || mask == 0) continue;
     for (int axis = 0; axis < 3; ++axis) {

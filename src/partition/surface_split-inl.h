@@ -1,5 +1,6 @@
 // A split by the surface area heuristic, for partitions that are kept: batches yet unknown will use
-// it, so no sample rays have a say in it.
+// it, so no sample rays have a say in it, and only the best candidate is known in the end; those of
+// paper/binning-inl.h are all kept for sample rays to choose from.
 // Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
 
 #if defined(DACRT_PARTITION_SURFACE_SPLIT_INL_H_) == defined(HWY_TARGET_TOGGLE)

@@ -31,7 +31,8 @@ struct Cells {
 
 /// What testing a ray against so many triangles costs: a leaf's are tested side by side.
 HWY_INLINE float LeafTests(size_t weight) {
-  return static_cast<float>((weight + kLeafLanes - 1) / kLeafLanes);
+  const size_t tests = (weight + kLeafLanes - 1) / kLeafLanes;
+  return static_cast<float>(tests);
 }
 
 /// A range of references, and how many lanes of leaves they fill; of cells, how many triangles they

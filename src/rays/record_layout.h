@@ -140,6 +140,15 @@ class RecordLayout {
     write(kInstanceId, hit.instance_id);
   }
 
+  /// A component of ray i, or `absent`.
+  template <class T>
+  T Read(RayView::Component component, std::size_t i, T absent) const {
+    if (component == RayView::kAbsent) return absent;
+    T value;
+    std::memcpy(&value, reinterpret_cast<const void*>(view_.Address(component, i)), sizeof(value));
+    return value;
+  }
+
  private:
   HWY_NOINLINE void WriteComponents(std::size_t i, const FullHit& hit) const {
     Write(view_.tfar, i, hit.t);
@@ -159,13 +168,6 @@ class RecordLayout {
         tfar;
   }
 
-  template <class T>
-  T Read(RayView::Component component, std::size_t i, T absent) const {
-    if (component == RayView::kAbsent) return absent;
-    T value;
-    std::memcpy(&value, reinterpret_cast<const void*>(view_.Address(component, i)), sizeof(value));
-    return value;
-  }
   template <class T>
   void Write(RayView::Component component, std::size_t i, T value) const {
     if (component == RayView::kAbsent) return;

@@ -1,6 +1,5 @@
 // Scenes of every shape through the public API: right by what is known of each shape, and the same
 // bits whatever the settings.
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,136 +8,31 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
-#include "dacrt/dacrt.h"
 #include "runtime/tasks.h"
-#include "unit_test.h"
+#include "shape_scenes.h"
 
 namespace dacrt {
 namespace {
 
+using unit::AcceptAll;
+using unit::CountHits;
+using unit::ExpectSameRays;
 using unit::Float3;
 using unit::kInfinity;
+using unit::MakePoints;
+using unit::MakeRays;
+using unit::MakeScene;
+using unit::MakeTriangles;
+using unit::Model;
+using unit::PointView;
 using unit::Random;
 using unit::Ray;
-
-/// A ray that moves in time.
-struct TimedRay : Ray {
-  float time = 0;
-};
-
-RayView TimedView(std::span<TimedRay> rays) {
-  RayView view = unit::ViewOf({static_cast<Ray*>(rays.data()), 1});
-  view.count = rays.size();
-  view.packet_stride = sizeof(TimedRay);
-  view.time = reinterpret_cast<RayView::Component>(&rays[0].time);
-  return view;
-}
-
-/// Vertices and indices of any shape, with the geometry that describes them.
-struct Model {
-  std::vector<std::vector<float>> steps;  ///< floats of each time step's vertices
-  std::vector<float> normals;
-  std::vector<uint32_t> indices;
-  std::vector<GridPrimitive> grids;
-  Geometry geometry;
-
-  Geometry View(std::size_t floats_a_vertex) const {
-    Geometry view = geometry;
-    view.vertex_count = steps[0].size() / floats_a_vertex;
-    for (const auto& step : steps) {
-      view.vertices.push_back({step.data(), floats_a_vertex * sizeof(float)});
-    }
-    return view;
-  }
-};
-
-Model MakeTriangles(Random& random, std::size_t count) {
-  Model model;
-  model.steps.resize(1);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Float3 at = random.InCube(-2, 2);
-    for (int corner = 0; corner < 3; ++corner) {
-      const Float3 off = random.InCube(-0.4f, 0.4f);
-      for (std::size_t axis = 0; axis < 3; ++axis) model.steps[0].push_back(at[axis] + off[axis]);
-      model.indices.push_back(static_cast<uint32_t>(model.indices.size()));
-    }
-  }
-  return model;
-}
-
-Geometry TriangleView(const Model& model, uint32_t id) {
-  Geometry view = model.View(3);
-  view.shape = Shape::kTriangles;
-  view.geometry_id = id;
-  view.primitive_count = model.indices.size() / 3;
-  view.primitives = {model.indices.data(), 12};
-  return view;
-}
-
-Model MakePoints(Random& random, std::size_t count) {
-  Model model;
-  model.steps.resize(1);
-  for (std::size_t i = 0; i < count; ++i) {
-    for (const float value : random.InCube(-2, 2)) model.steps[0].push_back(value);
-    model.steps[0].push_back(random.Uniform(0.01f, 0.3f));
-    for (const float value : random.Direction()) model.normals.push_back(value);
-  }
-  return model;
-}
-
-Geometry PointView(const Model& model, Shape shape, uint32_t id) {
-  Geometry view = model.View(4);
-  view.shape = shape;
-  view.geometry_id = id;
-  view.primitive_count = view.vertex_count;
-  if (shape == Shape::kOrientedDiscs) view.normals = {{model.normals.data(), 12}};
-  return view;
-}
-
-std::vector<TimedRay> MakeRays(Random& random, std::size_t count) {
-  std::vector<TimedRay> rays(count);
-  for (TimedRay& ray : rays) {
-    ray.org = random.InCube(-3, 3);
-    ray.dir = random.Direction();
-    ray.time = random.Uniform(0, 1);
-  }
-  return rays;
-}
-
-std::vector<TimedRay> Trace(const Scene& scene, std::vector<TimedRay> rays,
-                            Query query = Query::kClosest, const CallOptions& options = {}) {
-  scene.Trace(query, TimedView(rays), options);
-  return rays;
-}
-
-std::shared_ptr<Scene> MakeScene(const std::vector<Geometry>& geometries, uint64_t budget,
-                                 bool robust = false, uint32_t threads = 2) {
-  Settings settings;
-  settings.budget = budget;
-  settings.threads = threads;
-  return std::make_shared<Scene>(std::make_shared<Device>(settings), geometries,
-                                 SceneOptions{Keep::kByBudget, robust});
-}
-
-void ExpectSameRays(const std::vector<TimedRay>& actual, const std::vector<TimedRay>& expected,
-                    const std::string& what) {
-  for (std::size_t i = 0; i < actual.size(); ++i) {
-    ASSERT_TRUE(SameBits(actual[i], expected[i]))
-        << what << ": ray " << i << ": t " << std::hexfloat << actual[i].tfar << " geometry "
-        << actual[i].geometry_id << " primitive " << actual[i].primitive_id << ", expected "
-        << expected[i].tfar << " geometry " << expected[i].geometry_id << " primitive "
-        << expected[i].primitive_id;
-  }
-}
-
-std::size_t CountHits(const std::vector<TimedRay>& rays) {
-  return static_cast<std::size_t>(
-      std::count_if(rays.begin(), rays.end(), [](const Ray& ray) { return ray.IsHit(); }));
-}
-
-/// A filter function that accepts everything makes triangles go the way of all shapes.
-void AcceptAll(void*, const CallbackArguments&) {}
+using unit::TimedRay;
+using unit::TimedView;
+using unit::Trace;
+using unit::TriangleView;
 
 TEST(ShapesTest, TrianglesThroughAFilterAreTheSame) {
   Random random(1);
@@ -344,184 +238,6 @@ TEST(ShapesTest, UserSpheresAreSpheres) {
       for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(blocked[i].tfar < 0, actual[i].IsHit());
       }
-    }
-  }
-}
-
-TEST(ShapesTest, InstancesAreMovedScenes) {
-  Random random(6);
-  const Model model = MakeTriangles(random, 1500);
-  Model moved = model;
-  // Powers of two, so that moving is exact.
-  for (std::size_t i = 0; i < moved.steps[0].size(); ++i) {
-    moved.steps[0][i] = 0.5f * moved.steps[0][i] + (i % 3 == 0 ? 4.0f : 0.0f);
-  }
-  const auto rays = MakeRays(random, 6000);
-  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
-    Settings settings;
-    settings.budget = budget;
-    const auto device = std::make_shared<Device>(settings);
-    const std::vector<Geometry> inner = {TriangleView(model, 7)};
-    const auto scene = std::make_shared<Scene>(device, inner, SceneOptions{});
-    std::vector<Geometry> outer(2);
-    for (uint32_t i = 0; i < 2; ++i) {
-      outer[i].shape = Shape::kInstance;
-      outer[i].geometry_id = 10 + i;
-      outer[i].primitive_count = 1;
-      outer[i].instanced_scene = scene;
-      outer[i].transforms.resize(1);
-    }
-    for (int axis = 0; axis < 3; ++axis) outer[1].transforms[0].matrix.column[axis][axis] = 0.5f;
-    outer[1].transforms[0].matrix.column[3][0] = 4;
-    const Scene top(device, outer, SceneOptions{});
-    const std::vector<Geometry> flat = {TriangleView(model, 10), TriangleView(moved, 11)};
-    const Scene reference(device, flat, SceneOptions{});
-    const auto expected = Trace(reference, rays);
-    const auto actual = Trace(top, rays);
-    EXPECT_GT(CountHits(expected), 2000u);
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      ASSERT_EQ(actual[i].IsHit(), expected[i].IsHit()) << i;
-      if (!actual[i].IsHit()) continue;
-      EXPECT_EQ(actual[i].geometry_id, 7u);
-      different += actual[i].instance_id != expected[i].geometry_id ||
-                   actual[i].primitive_id != expected[i].primitive_id;
-      EXPECT_NEAR(actual[i].tfar, expected[i].tfar, 1e-4f);
-    }
-    EXPECT_EQ(different, 0u);
-    const auto blocked = Trace(top, rays, Query::kAny);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      ASSERT_EQ(blocked[i].tfar < 0, actual[i].IsHit());
-    }
-  }
-}
-
-// Of several that are equally far away the one with the smallest number in the scene itself counts,
-// whatever the numbers in the instances are.
-TEST(ShapesTest, TiesGoByTheNumbersOfInstances) {
-  Random random(61);
-  const Model model = MakeTriangles(random, 300);
-  const auto rays = MakeRays(random, 2000);
-  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
-    Settings settings;
-    settings.budget = budget;
-    const auto device = std::make_shared<Device>(settings);
-    const auto scene_of = [&](uint32_t id) {
-      const std::vector<Geometry> inner = {TriangleView(model, id)};
-      return std::make_shared<Scene>(device, inner, SceneOptions{});
-    };
-    const auto instance = [&](uint32_t id, uint32_t inner_id) {
-      Geometry geometry;
-      geometry.shape = Shape::kInstance;
-      geometry.geometry_id = id;
-      geometry.primitive_count = 1;
-      geometry.instanced_scene = scene_of(inner_id);
-      geometry.transforms.resize(1);
-      return geometry;
-    };
-    const std::vector<Geometry> first_instance = {instance(9, 1), instance(4, 8), instance(6, 2),
-                                                  TriangleView(model, 5)};
-    const std::vector<Geometry> first_triangles = {instance(9, 1), TriangleView(model, 3),
-                                                   instance(4, 8)};
-    const auto in_instance = Trace(Scene(device, first_instance, SceneOptions{}), rays);
-    const auto in_scene = Trace(Scene(device, first_triangles, SceneOptions{}), rays);
-    EXPECT_GT(CountHits(in_instance), 200u);
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      ASSERT_EQ(in_instance[i].IsHit(), in_scene[i].IsHit());
-      if (!in_instance[i].IsHit()) continue;
-      ASSERT_EQ(in_instance[i].instance_id, 4u);
-      ASSERT_EQ(in_instance[i].geometry_id, 8u);
-      ASSERT_EQ(in_scene[i].instance_id, UINT32_MAX);
-      ASSERT_EQ(in_scene[i].geometry_id, 3u);
-    }
-  }
-}
-
-/// An instance that turns half round the z axis between two steps, while its scene, far from the
-/// origin, moves through places that neither step shows.
-TEST(ShapesTest, LinearBoundsHoldARotationAtAllTimes) {
-  Model model;
-  model.steps = {{10, -1, 0, 10, 1, 0, 11, 0, 1}};
-  model.indices = {0, 1, 2};
-  const std::vector<Geometry> inner = {TriangleView(model, 0)};
-  const auto device = std::make_shared<Device>();
-  Geometry instance;
-  instance.shape = Shape::kInstance;
-  instance.primitive_count = 1;
-  instance.instanced_scene = std::make_shared<Scene>(device, inner, SceneOptions{});
-  for (const int halves : {0, 1, 2}) {
-    TransformStep step;
-    step.in_parts = true;
-    step.parts.quaternion[0] = std::cos(static_cast<float>(halves) * 0.75f);
-    step.parts.quaternion[3] = std::sin(static_cast<float>(halves) * 0.75f);
-    instance.transforms.push_back(step);
-    if (instance.transforms.size() < 2) continue;
-    const LinearBounds bounds = Scene(device, {&instance, 1}, SceneOptions{}).linear_bounds();
-    for (int i = 0; i <= 64; ++i) {
-      const float time = static_cast<float>(i) / 64;
-      const AffineTransform transform = TransformAt(instance.transforms, {}, time);
-      for (int corner = 0; corner < 3; ++corner) {
-        const float* const v = &model.steps[0][static_cast<std::size_t>(3 * corner)];
-        for (int axis = 0; axis < 3; ++axis) {
-          float at = transform.column[3][axis];
-          for (int k = 0; k < 3; ++k) at += v[k] * transform.column[k][axis];
-          const auto between = [&](float first, float last) {
-            return first + (last - first) * time;
-          };
-          EXPECT_GE(at, between(bounds.begin.lower[axis], bounds.end.lower[axis]) - 1e-4f) << time;
-          EXPECT_LE(at, between(bounds.begin.upper[axis], bounds.end.upper[axis]) + 1e-4f) << time;
-        }
-      }
-    }
-  }
-}
-
-// A geometry that is not there for all of the time from 0 to 1 has bounds that hold at any.
-TEST(ShapesTest, LinearBoundsOfAnotherTimeRangeHoldAtAllTimes) {
-  Model model;
-  model.steps = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {10, 0, 0, 11, 0, 0, 10, 1, 0}};
-  model.indices = {0, 1, 2};
-  Geometry geometry = TriangleView(model, 0);
-  for (const TimeRange& range : {TimeRange{0, 0.5f}, TimeRange{0.5f, 1}, TimeRange{0, 2}}) {
-    geometry.time_range = range;
-    const LinearBounds bounds = MakeScene({geometry}, kDefaultBudget)->linear_bounds();
-    for (const Bounds& end : {bounds.begin, bounds.end}) {
-      EXPECT_LE(end.lower[0], 0) << range.begin << " to " << range.end;
-      EXPECT_GE(end.upper[0], 11) << range.begin << " to " << range.end;
-    }
-  }
-}
-
-TEST(ShapesTest, MovingTrianglesStandWhereTheirTimeSays) {
-  Random random(7);
-  Model model = MakeTriangles(random, 600);
-  model.steps.push_back(model.steps[0]);
-  model.steps.push_back(model.steps[0]);
-  for (float& value : model.steps[1]) value += random.Uniform(-0.5f, 0.5f);
-  for (float& value : model.steps[2]) value += random.Uniform(-0.5f, 0.5f);
-  Geometry geometry = TriangleView(model, 1);
-  geometry.time_range = {0.25f, 0.75f};
-  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
-    const auto scene = MakeScene({geometry}, budget);
-    for (const float time : {0.1f, 0.25f, 0.375f, 0.5f, 0.6f, 0.75f, 0.8f}) {
-      auto rays = MakeRays(random, 500);
-      for (TimedRay& ray : rays) ray.time = time;
-      const auto actual = Trace(*scene, rays);
-      if (time < 0.25f || time > 0.75f) {
-        EXPECT_EQ(CountHits(actual), 0u);
-        continue;
-      }
-      Model still = model;
-      const float place = (time - 0.25f) / 0.5f * 2;
-      const std::size_t step = place >= 1 ? 1 : 0;
-      const float fraction = place - static_cast<float>(step);
-      for (std::size_t i = 0; i < still.steps[0].size(); ++i) {
-        still.steps[0][i] =
-            std::fma(1 - fraction, model.steps[step][i], fraction * model.steps[step + 1][i]);
-      }
-      still.steps.resize(1);
-      ExpectSameRays(actual, Trace(*MakeScene({TriangleView(still, 1)}, budget), rays),
-                     "time " + std::to_string(time));
     }
   }
 }
