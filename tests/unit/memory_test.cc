@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget},
         Case{Algorithm::kNabata2013, Query::kAny, 100000, 200000, kOnePiece, kDefaultBudget},
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kUnlimitedBudget},
-        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, 500000},
+        Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, 550000},
         Case{Algorithm::kNabata2013, Query::kClosest, 1000, 200000, 1000, kDefaultBudget},
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 10, kOnePiece, kDefaultBudget},
         Case{Algorithm::kNabata2013, Query::kClosest, 1, 1, 64, kDefaultBudget},
