@@ -122,8 +122,10 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     }
     parts.has_instances = !instanced.empty();
     parts.has_callbacks = parts.meshes.shapes().has_callbacks();
+    parts.is_small = parts.triangle_count <= policy::kSmallScene;
     for (const auto& scene : instanced) {
       parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
+      parts.is_small &= scene->implementation_->parts.is_small;
     }
     // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
     if (Engine().Keeps())

@@ -17,6 +17,7 @@ struct SceneParts {
   std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept
   bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
   bool has_instances = false;
+  bool is_small = false;  ///< neither it nor a scene it has instances of is above kSmallScene
 
   PartitionView partition() const { return kept ? kept->view() : PartitionView{}; }
 };

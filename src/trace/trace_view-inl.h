@@ -167,7 +167,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                  view.instance_value,
                  callers};
   const bool go_by_groups =
-      scene.triangle_count <= policy::kSmallScene ||
+      scene.is_small ||
       (count >= kGroupRays && AreCoherent(RecordLayout(view), first, count, scene.bounds));
   if (go_by_groups) {
     TraceByGroups<kQuery>(task, first, count, callers, lists);
