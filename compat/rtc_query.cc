@@ -57,7 +57,7 @@ template <Query kQuery, uint32_t kLanes>
                                                RTCScene hscene, RTCIntersectContext* context,
                                                void* values, const char* name) {
   Scene* const scene = ToObject(hscene);
-  try {
+  Guarded(function, scene ? scene->device().get() : nullptr, [&] {
     CheckPointer(scene, "scene");
     const dacrt::Scene& committed = scene->Committed();
     CheckPointer(context, "context");
@@ -67,9 +67,7 @@ template <Query kQuery, uint32_t kLanes>
                     dacrt::RayPacket{values, kLanes, valid, context->instID[0],
                                      !scene->device()->ignore_masks()},
                     {kLanes, context});
-  } catch (...) {
-    ReportCurrentException(function, scene ? scene->device().get() : nullptr);
-  }
+  });
 }
 
 }  // namespace

@@ -415,6 +415,22 @@ class GroupTracer {
   uint32_t with_record_ = 0;           ///< lanes whose records hold the ray
 };
 
+/// What any-hit groups of a scene have learnt; null for closest hits, whose order is known.
+template <Query kQuery>
+HWY_INLINE LearntOrder* LearntOfGroups(const SceneParts& scene) {
+  return kQuery == Query::kAny ? &LearntOrdersOf(scene.kept.get()).of_groups : nullptr;
+}
+
+/// The rays of some lanes, from the root on, in the order that was learnt; which learns from them.
+template <Query kQuery>
+HWY_INLINE void TraceGroup(TraceTask& task, GroupLanes& lanes, uint32_t active, ListMemory memory,
+                           LearntOrder* learnt) {
+  if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt->Next();
+  GroupTracer<kQuery> tracer(task, lanes);
+  tracer.TraceLanes(task.scene.kept->root(), active, memory);
+  if constexpr (kQuery == Query::kAny) learnt->Count(tracer.visits());
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
 HWY_AFTER_NAMESPACE();

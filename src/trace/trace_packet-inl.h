@@ -96,11 +96,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  nullptr,
                  FinishHit,
                  packet.instance_value};
-  LearntOrder& learnt = LearntOrdersOf(scene.kept.get()).of_groups;
-  if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt.Next();
-  GroupTracer<kQuery> tracer(task, lanes);
-  tracer.TraceLanes(scene.kept->root(), active, memory.Lists());
-  if constexpr (kQuery == Query::kAny) learnt.Count(tracer.visits());
+  TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene));
   if constexpr (kQuery == Query::kAny) {
     ForEachLane(lanes.Blocked(active), [&](size_t lane) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));

@@ -113,8 +113,7 @@ template <Query kQuery>
 void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* callers,
                    ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
-  const ChildWord root = task.scene.kept->root();
-  LearntOrder& learnt = LearntOrdersOf(task.scene.kept.get()).of_groups;
+  LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
   for (size_t begin = 0; begin < count; begin += kGroupRays) {
     GroupLanes lanes;
     const uint32_t active =
@@ -124,10 +123,7 @@ void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* caller
       callers[lane] = static_cast<uint32_t>(begin + lane);
     }
     task.checks_masks = !task.scene.meshes.AllAccept(lanes.CommonMask(active));
-    if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt.Next();
-    GroupTracer<kQuery> tracer(task, lanes);
-    tracer.TraceLanes(root, active, lists);
-    if constexpr (kQuery == Query::kAny) learnt.Count(tracer.visits());
+    TraceGroup<kQuery>(task, lanes, active, lists, learnt);
     size_t hits = 0;
     if constexpr (kQuery == Query::kAny) {
       const uint32_t blocked = lanes.Blocked(active);

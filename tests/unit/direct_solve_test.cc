@@ -48,7 +48,7 @@ class Solver {
  public:
   explicit Solver(std::vector<Mesh> meshes)
       : meshes_(std::move(meshes)),
-        scene_{MeshTable(Views(meshes_))},
+        scene_{MeshTable(unit::Views(meshes_))},
         scratch_(std::make_unique<Scratch>()),
         refs(scene_.meshes.triangle_count()) {
     refs.resize(MakeTriangleRefs(scene_.meshes, refs).end);
@@ -74,12 +74,6 @@ class Solver {
   const Mesh& mesh(size_t i) const { return meshes_[i]; }
 
  private:
-  static std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
-    std::vector<TriangleMesh> views;
-    for (const Mesh& mesh : meshes) views.push_back(mesh.View());
-    return views;
-  }
-
   /// Blocks of `block_rays` rays, each against leaves of `leaf_triangles` triangles.
   template <Query kQuery>
   std::vector<Answer> Solve(std::span<const Ray> rays, size_t block_rays, size_t leaf_triangles) {

@@ -40,7 +40,7 @@ class Kept {
   /// `account` as for KeptPartition.
   Kept(std::vector<Mesh> meshes, size_t budget, const MemoryAccount* account = nullptr)
       : meshes_(std::move(meshes)),
-        table_(Views(meshes_)),
+        table_(unit::Views(meshes_)),
         tasks_(1),
         partition(table_, budget, ListTriangles, tasks_, account),
         scratch(std::make_unique<SubsetScratch>()) {}
@@ -58,12 +58,6 @@ class Kept {
   const MeshTable& table() const { return table_; }
 
  private:
-  static std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
-    std::vector<TriangleMesh> views;
-    for (const Mesh& mesh : meshes) views.push_back(mesh.View());
-    return views;
-  }
-
   std::vector<Mesh> meshes_;
   MeshTable table_;
   TaskPool tasks_;

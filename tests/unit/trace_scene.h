@@ -34,12 +34,6 @@ class TestScene {
   const Scene& operator*() const { return scene_; }
 
  private:
-  static std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
-    std::vector<TriangleMesh> views;
-    for (const Mesh& mesh : meshes) views.push_back(mesh.View());
-    return views;
-  }
-
   std::vector<Mesh> meshes_;
   Scene scene_;
 };

@@ -117,6 +117,12 @@ struct Mesh {
   }
 };
 
+inline std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
+  std::vector<TriangleMesh> views;
+  for (const Mesh& mesh : meshes) views.push_back(mesh.View());
+  return views;
+}
+
 /// `count` triangles of up to `size` in [-extent, extent]^3.
 inline Mesh MakeSoup(Random& random, std::size_t count, float extent, float size) {
   Mesh mesh;
