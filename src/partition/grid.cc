@@ -17,8 +17,8 @@ std::size_t Grid::PartsFor(std::size_t triangles, std::size_t threads) {
 
 std::size_t Grid::Bytes(std::size_t triangles, std::size_t parts) {
   return parts * kMostCells * (sizeof(TriangleRef) + sizeof(uint32_t)) +
-         kMostNodes * sizeof(WideNode) + kMostSubsets * sizeof(CellRange) +
-         triangles * (sizeof(uint32_t) + sizeof(uint16_t));
+         kMostRanges * sizeof(BinaryRange) + kMostNodes * sizeof(WideNode) +
+         kMostSubsets * sizeof(CellRange) + triangles * (sizeof(uint32_t) + sizeof(uint16_t));
 }
 
 Grid::Grid(std::size_t count, std::size_t parts, const MemoryAccount* account)
@@ -30,6 +30,7 @@ Grid::Grid(std::size_t count, std::size_t parts, const MemoryAccount* account)
     next += size * sizeof(T);
   };
   cut(nodes, kMostNodes);
+  cut(ranges, kMostRanges);
   cut(cells, parts * kMostCells);
   cut(subsets, kMostSubsets);
   cut(place, parts * kMostCells);

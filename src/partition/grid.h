@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "geometry/binary_range.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "runtime/pages.h"
@@ -15,6 +16,7 @@ class Grid {
   /// Fine enough that the planes between cells are as good as bins, and few enough that the cells
   /// stay in a cache of a mebibyte.
   static constexpr uint32_t kMostCellsAnAxis = 32;
+  static constexpr std::size_t kMostRanges = 16 * 1024;
   static constexpr std::size_t kMostNodes = 8 * 1024;
 
   /// Parts of the triangles that threads sort side by side, each into cells of its own: one for
@@ -46,6 +48,7 @@ class Grid {
   uint32_t cells_an_axis;  ///< not more cells than triangles
   TriangleRef* cells;      ///< bounds, `primitive` is the cell's number, `mesh` its triangles
   uint32_t* place;         ///< by the cell's number: its triangles, then where the next one goes
+  BinaryRange* ranges;     ///< of cells; kMostRanges
   WideNode* nodes;         ///< over the cells; kMostNodes
   CellRange* subsets;      ///< that the cells became
   uint32_t* triangles;     ///< a copy, in the old order

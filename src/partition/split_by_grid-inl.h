@@ -26,15 +26,12 @@ namespace HWY_NAMESPACE {
 
 /// Leaves that are subsets of the next level.
 struct SubsetLeaves {
-  size_t most() const { return most_triangles; }
-  size_t most_of_node() const { return most_triangles; }
   /// A cell alone can not be split here.
   bool IsLeaf(const WeighedRange& child) const {
     return child.weight <= most_triangles || child.range.count() == 1;
   }
-  ChildWord Child(const WeighedRange& child) {
-    grid.subsets[count] = {static_cast<uint32_t>(child.range.begin),
-                           static_cast<uint32_t>(child.range.end), child.range.bounds.HalfArea()};
+  ChildWord Child(const BinaryRange& child) {
+    grid.subsets[count] = {child.begin, child.end, child.bounds.HalfArea()};
     return ChildWord::Subset(static_cast<uint32_t>(count++));
   }
 
@@ -161,13 +158,14 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
   const size_t cells = JoinCells(grid, parts);
 
   const WeighedRange all{MeasureTriangles(grid.cells, 0, cells), subset.count};
+  const std::span<BinaryRange> ranges(grid.ranges, Grid::kMostRanges);
   const std::span<WideNode> nodes(grid.nodes, Grid::kMostNodes);
   SubsetLeaves leaves{grid, SubsetScratch::kTriangles};
   size_t count = 0;
-  // Larger subsets where the nodes do not suffice, in very large scenes.
+  // Larger subsets where the ranges or nodes do not suffice, in very large scenes.
   for (; count == 0; leaves.most_triangles *= 4) {
     leaves.count = 0;
-    count = NodeBuilder(Cells(), grid.cells, leaves, nodes, scratch).Build(all);
+    count = NodeBuilder(Cells(), grid.cells, leaves, ranges, nodes, scratch).Build(all);
   }
   uint32_t first_subset;
   const uint32_t root = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);

@@ -36,15 +36,12 @@ inline TriangleRange ReferTriangles(const MeshTable& meshes, std::span<const uin
 
 /// Leaves with a few triangles.
 struct TriangleLeaves {
-  size_t most() const { return lanes; }
-  /// With leaves three quarters full.
-  size_t most_of_node() const { return WideNode::kWidth * lanes * 3 / 4; }
   bool IsLeaf(const WeighedRange& child) const {
     return child.weight <= lanes || child.range.count() == 1;
   }
-  ChildWord Child(const WeighedRange& child) {
-    is_last[child.range.end - 1] = true;
-    return ChildWord::Range(static_cast<uint32_t>(first + child.range.begin));
+  ChildWord Child(const BinaryRange& child) {
+    is_last[child.end - 1] = true;
+    return ChildWord::Range(first + child.begin);
   }
 
   size_t lanes;    ///< of a leaf
@@ -76,17 +73,19 @@ inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_
   if (bounds) *bounds = range.bounds;
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
+  const std::span<BinaryRange> ranges(scratch.ranges);
   const std::span<WideNode> nodes(scratch.nodes);
   size_t count;
   if (meshes.all_fill_one_lane()) {
     SortAlongCurve(range, scratch);
     const AlongCurve curve{scratch.codes[0], BySurface(rule, leaf_lanes)};
-    count = NodeBuilder(curve, scratch.refs, leaves, nodes, scratch).Build({range, range.count()});
+    count = NodeBuilder(curve, scratch.refs, leaves, ranges, nodes, scratch)
+                .Build({range, range.count()});
   } else {
     const Items items{meshes};
     size_t weight = 0;
     for (size_t i = 0; i < order.size(); ++i) weight += items.Weight(scratch.refs[i]);
-    count = NodeBuilder(items, scratch.refs, leaves, nodes, scratch).Build({range, weight});
+    count = NodeBuilder(items, scratch.refs, leaves, ranges, nodes, scratch).Build({range, weight});
   }
   if (count == 0) return 0;
   for (size_t i = 0; i < order.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "geometry/binary_range.h"
 #include "geometry/box.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
@@ -62,6 +63,7 @@ struct SubsetScratch {
   TriangleRef refs[kTriangles];
   TriangleRef spare[kTriangles];  ///< for references that move
   uint32_t codes[2][kTriangles];  ///< see split_along_curve-inl.h
+  BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
   WideNode nodes[kNodes];
   uint32_t order[kTriangles];
   bool is_last[kTriangles];  ///< of its leaf

@@ -201,7 +201,7 @@ class GroupTracer {
   /// OpenSubset for the rays of some lanes.
   HWY_NOINLINE std::optional<ChildWord> OpenForGroup(uint32_t subset, uint32_t active,
                                                      ListMemory memory) {
-    RayNumber list[kGroupRays];
+    RayNumber list[kGroupRays] = {};
     const size_t count = ListOf(active, list);
     const auto trace = [&](const TraceTask& own, ChildWord root) {
       for (size_t i = 0; i < count; ++i) OneTracer<kQuery>(own).Trace(root, list[i], memory);

@@ -1,0 +1,25 @@
+// A binary partition of references, from which the wide nodes of the kept partition are made.
+#pragma once
+
+#include <cstdint>
+
+#include "geometry/box.h"
+#include "geometry/wide_node.h"
+
+namespace dacrt {
+
+/// References [begin, end), which are a leaf, or split in two.
+struct BinaryRange {
+  bool IsLeaf() const { return first == 0; }
+
+  Box bounds;
+  uint32_t begin;
+  uint32_t end;
+  uint32_t first;  ///< number of the left half, before that of the right one; 0 for a leaf
+  /// How many of some places in a node, one to eight, the left half gets; 0 where the range takes
+  /// one itself.
+  uint8_t left_places[WideNode::kWidth];
+  float cost[WideNode::kWidth];  ///< in that many places
+};
+
+}  // namespace dacrt

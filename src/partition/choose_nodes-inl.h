@@ -1,0 +1,108 @@
+// Which ranges of a binary partition become nodes of eight children: those that together have the
+// least surface, by dynamic programming. What rays cost in leaves is the same for any choice.
+// Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs",
+// HPG 2017, section 3.1.
+
+#if defined(DACRT_PARTITION_CHOOSE_NODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_PARTITION_CHOOSE_NODES_INL_H_
+#undef DACRT_PARTITION_CHOOSE_NODES_INL_H_
+#else
+#define DACRT_PARTITION_CHOOSE_NODES_INL_H_
+#endif
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "geometry/binary_range.h"
+#include "geometry/wide_node-inl.h"
+#include "runtime/assert.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// What a range costs in up to 1, 2, ... 8 places of a node above it, a lane each, and how many
+/// places its left half gets then; 0 where it stays whole, as a node of its own.
+inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
+  constexpr size_t kWidth = WideNode::kWidth;
+  constexpr float kNever = std::numeric_limits<float>::infinity();
+  const BinaryRange& left = ranges[range.first];
+  HWY_ALIGN float right[2 * kWidth];  // in less than one place: never
+  for (size_t part = 0; part < kParts; ++part) {
+    const size_t lane = part * kPartLanes;
+    hn::Store(hn::Set(kEightTag, kNever), kEightTag, right + lane);
+    hn::Store(hn::LoadU(kEightTag, ranges[range.first + 1].cost + lane), kEightTag,
+              right + kWidth + lane);
+  }
+  EightPart best[kParts], share[kParts];
+  for (size_t part = 0; part < kParts; ++part) {
+    best[part] = hn::Set(kEightTag, kNever);
+    share[part] = hn::Set(kEightTag, 1.0f);
+  }
+  for (size_t places = 1; places < kWidth; ++places) {
+    const EightPart of_left = hn::Set(kEightTag, left.cost[places - 1]);
+    const EightPart number = hn::Set(kEightTag, static_cast<float>(places));
+    for (size_t part = 0; part < kParts; ++part) {
+      const EightPart of_right = hn::LoadU(kEightTag, right + kWidth + part * kPartLanes - places);
+      const EightPart cost = hn::Add(of_left, of_right);
+      share[part] = hn::IfThenElse(hn::Lt(cost, best[part]), number, share[part]);
+      best[part] = hn::Min(cost, best[part]);
+    }
+  }
+  HWY_ALIGN float all[kPartLanes];
+  hn::Store(best[kParts - 1], kEightTag, all);
+  const EightPart whole = hn::Set(kEightTag, range.bounds.HalfArea() + least + all[kPartLanes - 1]);
+  const hn::RebindToSigned<EightTag> di;
+  const hn::Rebind<uint8_t, EightTag> d8;
+  for (size_t part = 0; part < kParts; ++part) {
+    const size_t lane = part * kPartLanes;
+    const auto taken = hn::IfThenElseZero(hn::Not(hn::Lt(whole, best[part])), share[part]);
+    hn::StoreU(hn::Min(whole, best[part]), kEightTag, range.cost + lane);
+    hn::StoreU(hn::DemoteTo(d8, hn::ConvertTo(di, taken)), d8, range.left_places + lane);
+  }
+}
+
+/// Chooses for all ranges of a partition, the first of which is all of it.
+inline void ChooseNodes(std::span<BinaryRange> ranges) {
+  // Of equal surfaces, as of ranges that have none, the one of fewer nodes.
+  const float least =
+      HWY_MAX(ranges[0].bounds.HalfArea() * 0x1p-16f, std::numeric_limits<float>::min());
+  for (size_t i = ranges.size(); i-- > 0;) {
+    if (ranges[i].IsLeaf()) {
+      std::fill_n(ranges[i].cost, WideNode::kWidth, 0.0f);
+    } else {
+      ChooseShares(ranges.data(), ranges[i], least);
+    }
+  }
+}
+
+/// The children of the node that `range` is; of a leaf itself. Returns how many.
+inline size_t ChildrenOf(const BinaryRange* ranges, uint32_t range, uint32_t* children) {
+  struct Share {
+    uint32_t range;
+    uint32_t places;
+  };
+  Share open[WideNode::kWidth];
+  size_t open_count = 0, count = 0;
+  open[open_count++] = {range, WideNode::kWidth};
+  while (open_count > 0) {
+    const Share share = open[--open_count];
+    const BinaryRange& next = ranges[share.range];
+    const uint32_t left = next.IsLeaf() ? 0 : next.left_places[share.places - 1];
+    if (left == 0) {
+      children[count++] = share.range;
+      continue;
+    }
+    open[open_count++] = {next.first + 1, share.places - left};
+    open[open_count++] = {next.first, left};
+  }
+  DACRT_ASSERT(count <= WideNode::kWidth);
+  return count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_PARTITION_CHOOSE_NODES_INL_H_

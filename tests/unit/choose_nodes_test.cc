@@ -1,0 +1,147 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "unit_test.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "choose_nodes_test.cc"
+#include <hwy/foreach_target.h>
+#include <hwy/tests/hwy_gtest.h>
+
+#include "partition/choose_nodes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+namespace {
+
+using unit::Random;
+
+/// A binary partition of some leaves, boxes anywhere, at random places.
+std::vector<BinaryRange> MakePartition(Random& random, uint32_t leaves, bool is_flat) {
+  std::vector<BinaryRange> ranges(1);
+  ranges[0].begin = 0;
+  ranges[0].end = leaves;
+  for (size_t i = 0; i < ranges.size(); ++i) {
+    const uint32_t begin = ranges[i].begin, end = ranges[i].end;
+    ranges[i].first = 0;
+    if (end - begin < 2) continue;
+    const uint32_t middle = begin + 1 + static_cast<uint32_t>(random.Next() % (end - begin - 1));
+    ranges[i].first = static_cast<uint32_t>(ranges.size());
+    BinaryRange left{}, right{};
+    left.begin = begin;
+    left.end = right.begin = middle;
+    right.end = end;
+    ranges.push_back(left);
+    ranges.push_back(right);
+  }
+  for (size_t i = ranges.size(); i-- > 0;) {
+    Box& bounds = ranges[i].bounds;
+    bounds = Box::Empty();
+    if (ranges[i].IsLeaf()) {
+      for (int corner = 0; corner < 2; ++corner) {
+        const float point[3] = {random.Uniform(0, 1), is_flat ? 0 : random.Uniform(0, 1),
+                                is_flat ? 0 : random.Uniform(0, 1)};
+        bounds.Extend(point);
+      }
+    } else {
+      for (const BinaryRange& half : {ranges[ranges[i].first], ranges[ranges[i].first + 1]}) {
+        bounds.Extend(half.bounds.lower);
+        bounds.Extend(half.bounds.upper);
+      }
+    }
+  }
+  return ranges;
+}
+
+/// The least surface of the nodes over a range that takes at most `places` of a node above it, by
+/// trying everything.
+double LeastSurface(const std::vector<BinaryRange>& ranges, uint32_t range, uint32_t places) {
+  const BinaryRange& own = ranges[range];
+  if (own.IsLeaf()) return 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (uint32_t left = 1; left < places; ++left) {
+    least = std::min(least, LeastSurface(ranges, own.first, left) +
+                                LeastSurface(ranges, own.first + 1, places - left));
+  }
+  if (places == WideNode::kWidth) return least;
+  return std::min(least, own.bounds.HalfArea() +
+                             LeastSurface(ranges, range, static_cast<uint32_t>(WideNode::kWidth)));
+}
+
+/// What the nodes of a partition are.
+struct Nodes {
+  double surface = 0;
+  size_t count = 0;
+  std::vector<uint32_t> leaves;  ///< their references, in the order in which they are found
+
+  Nodes(const std::vector<BinaryRange>& ranges, uint32_t root) { Visit(ranges, root); }
+
+  void Visit(const std::vector<BinaryRange>& ranges, uint32_t node) {
+    ++count;
+    surface += ranges[node].bounds.HalfArea();
+    uint32_t children[WideNode::kWidth];
+    const size_t child_count = ChildrenOf(ranges.data(), node, children);
+    ASSERT_LE(child_count, WideNode::kWidth);
+    for (size_t i = 0; i < child_count; ++i) {
+      if (ranges[children[i]].IsLeaf()) {
+        leaves.push_back(ranges[children[i]].begin);
+      } else {
+        Visit(ranges, children[i]);
+      }
+    }
+  }
+};
+
+void ExpectOrder(const std::vector<uint32_t>& leaves, uint32_t count) {
+  ASSERT_EQ(leaves.size(), count);
+  for (uint32_t i = 0; i < count; ++i) EXPECT_EQ(leaves[i], i);
+}
+
+void TheSurfaceIsTheLeast() {
+  Random random(71);
+  for (uint32_t leaves = 2; leaves <= 14; ++leaves) {
+    for (int round = 0; round < 5; ++round) {
+      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
+      ChooseNodes(ranges);
+      const Nodes nodes(ranges, 0);
+      ExpectOrder(nodes.leaves, leaves);
+      const double own = ranges[0].bounds.HalfArea();
+      const double least = own + LeastSurface(ranges, 0, WideNode::kWidth);
+      // A node more costs as much as a little surface.
+      EXPECT_LE(nodes.surface, least + own * 0x1p-16 * leaves) << leaves << " leaves";
+    }
+  }
+}
+
+/// Where no box has a surface, nodes are full.
+void NodesWithoutSurfaceAreFull() {
+  Random random(72);
+  for (const uint32_t leaves : {1u, 8u, 9u, 64u, 500u}) {
+    std::vector<BinaryRange> ranges = MakePartition(random, leaves, true);
+    ChooseNodes(ranges);
+    const Nodes nodes(ranges, 0);
+    ExpectOrder(nodes.leaves, leaves);
+    // Each node but the root takes one place and gives up to eight.
+    EXPECT_GE(nodes.count, (leaves + 5) / 7);
+    EXPECT_LE(nodes.count, std::max(1u, leaves / 4));
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace dacrt {
+
+HWY_BEFORE_TEST(ChooseNodesTest);
+HWY_EXPORT_AND_TEST_P(ChooseNodesTest, TheSurfaceIsTheLeast);
+HWY_EXPORT_AND_TEST_P(ChooseNodesTest, NodesWithoutSurfaceAreFull);
+
+}  // namespace dacrt
+#endif  // HWY_ONCE
