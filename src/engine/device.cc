@@ -5,6 +5,7 @@
 
 #include "partition/grid.h"
 #include "partition/kept_partition.h"
+#include "trace/policy.h"
 
 namespace dacrt {
 
@@ -21,13 +22,15 @@ bool Device::Implementation::Keeps() const {
 
 std::size_t Device::Implementation::BudgetBytes(std::size_t triangles, Keep keep) const {
   // What a partition takes without limit: triangles that share no vertices take 41 bytes in leaves,
-  // and a sixth of a scene's nodes can be nearly empty.
-  constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64;
+  // prepared ones 113 and more where leaves are not full, and a sixth of a scene's nodes can be
+  // nearly empty.
+  constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64, kPrepared = 192;
   // So few triangles are no burden, whatever the share of each.
   constexpr std::size_t kLeast = 64 * 1024;
-  std::size_t bytes = kUnlimited * triangles + kLeast;
+  const bool is_prepared = triangles <= policy::kPreparedScene;
+  std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
   if (settings.budget == kDefaultBudget) {
-    bytes = std::max(kDefault * triangles, kLeast);
+    if (!is_prepared) bytes = std::max(kDefault * triangles, kLeast);
   } else if (settings.budget != kUnlimitedBudget) {
     bytes = std::min<std::size_t>(settings.budget, bytes);
   }

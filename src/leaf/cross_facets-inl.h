@@ -16,9 +16,16 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Corners 0, 1 and 2 of some triangles, a lane each, on one axis.
+/// Between which their own boxes lie, of some triangles, a lane each, on one axis.
+struct PlanesOnAxis {
+  EightPart lower, upper;
+};
+
+/// Corners 0, 1 and 2 of these.
 struct CornersOnAxis {
   EightPart v0, v1, v2;
+
+  HWY_INLINE PlanesOnAxis OwnPlanes() const { return {OwnLower(v0, v1, v2), OwnUpper(v0, v1, v2)}; }
 };
 
 /// The same on all axes.
@@ -31,18 +38,21 @@ struct CornerLanes {
     v2[axis] = corners.v2;
   }
   HWY_INLINE CornersOnAxis OnAxis(int axis) const { return {v0[axis], v1[axis], v2[axis]}; }
+  HWY_INLINE PlanesOnAxis OwnPlanes(int axis) const { return OnAxis(axis).OwnPlanes(); }
   HWY_INLINE TestTrianglesOf<EightPart> Triangles() const { return TrianglesOf(v0, v1, v2); }
 };
 
 /// How the corners of a block are found.
 enum class CornerLayout {
-  kByLane,  ///< each has a place of its own
-  kFew,     ///< by indices into at most 16 vertices, which two vectors hold
-  kMany,    ///< by indices
+  kPrepared,  ///< each has a place of its own, and so has what is made of them
+  kByLane,    ///< each has a place of its own
+  kFew,       ///< by indices into at most 16 vertices, which two vectors hold
+  kMany,      ///< by indices
 };
 
 HWY_INLINE CornerLayout LayoutOf(const LeafBlock& block) {
   if (block.vertices <= 16) return CornerLayout::kFew;
+  if (block.is_prepared) return CornerLayout::kPrepared;
   return block.vertices == LeafBlock::kByLane ? CornerLayout::kByLane : CornerLayout::kMany;
 }
 
@@ -63,8 +73,7 @@ struct LeafCorners {
   }
 
   HWY_INLINE CornersOnAxis OnAxis(int axis) const {
-    const size_t count =
-        kLayout == CornerLayout::kByLane ? size_t{LeafBlock::kByLane} : block.vertices;
+    const size_t count = kIsByLane ? size_t{LeafBlock::kByLane} : block.vertices;
     const float* const vertices =
         block.vertex_data() + (3 * step + static_cast<size_t>(axis)) * count;
     return {Corner(0, vertices), Corner(1, vertices), Corner(2, vertices)};
@@ -76,11 +85,36 @@ struct LeafCorners {
     return corners;
   }
 
+  HWY_INLINE TestTrianglesOf<EightPart> Triangles() const {
+    if constexpr (kLayout != CornerLayout::kPrepared) return All().Triangles();
+    const PreparedFacets& facets = block.prepared();
+    TestTrianglesOf<EightPart> triangles;
+    for (int axis = 0; axis < 3; ++axis) {
+      triangles.v0[axis] = LoadPart(facets.v0[axis]);
+      triangles.e1[axis] = LoadPart(facets.e1[axis]);
+      triangles.e2[axis] = LoadPart(facets.e2[axis]);
+      triangles.ng[axis] = LoadPart(facets.ng[axis]);
+    }
+    return triangles;
+  }
+  HWY_INLINE PlanesOnAxis OwnPlanes(int axis) const {
+    if constexpr (kLayout != CornerLayout::kPrepared) return OnAxis(axis).OwnPlanes();
+    const PreparedFacets& facets = block.prepared();
+    return {LoadPart(facets.lower[axis]), LoadPart(facets.upper[axis])};
+  }
+
  private:
+  static constexpr bool kIsByLane =
+      kLayout == CornerLayout::kPrepared || kLayout == CornerLayout::kByLane;
+
+  HWY_INLINE EightPart LoadPart(const float* lanes) const {
+    return hn::LoadU(kEightTag, lanes + part * kPartLanes);
+  }
+
   /// `vertices` are the values of an axis.
   HWY_INLINE EightPart Corner(size_t corner, const float* vertices) const {
     const size_t first = corner * kLeafLanes + part * kPartLanes;
-    if constexpr (kLayout == CornerLayout::kByLane) return hn::LoadU(kEightTag, vertices + first);
+    if constexpr (kIsByLane) return hn::LoadU(kEightTag, vertices + first);
     const uint8_t* const indices = block.indices() + first;
 #if HWY_TARGET <= HWY_AVX2
     const hn::RebindToSigned<EightTag> di;
@@ -107,12 +141,32 @@ struct LeafCorners {
 /// The corners of a block as it is.
 HWY_INLINE CornerLanes DecodeCorners(const LeafBlock& block, size_t part, size_t step = 0) {
   switch (LayoutOf(block)) {
+    case CornerLayout::kPrepared:
     case CornerLayout::kByLane:
       return LeafCorners<CornerLayout::kByLane>{block, part, step}.All();
     case CornerLayout::kFew:
       return LeafCorners<CornerLayout::kFew>{block, part, step}.All();
     default:
       return LeafCorners<CornerLayout::kMany>{block, part, step}.All();
+  }
+}
+
+/// The triangles of a block that does not move, as the triangle test wants them.
+inline void PrepareFacets(const LeafBlock& block, PreparedFacets& facets) {
+  for (size_t part = 0; part < kParts; ++part) {
+    const CornerLanes corners = DecodeCorners(block, part);
+    const auto triangles = corners.Triangles();
+    const auto put = [&](EightPart values, float* lanes)
+                         HWY_ATTR { hn::StoreU(values, kEightTag, lanes + part * kPartLanes); };
+    for (int axis = 0; axis < 3; ++axis) {
+      const PlanesOnAxis own = corners.OwnPlanes(axis);
+      put(triangles.v0[axis], facets.v0[axis]);
+      put(triangles.e1[axis], facets.e1[axis]);
+      put(triangles.e2[axis], facets.e2[axis]);
+      put(triangles.ng[axis], facets.ng[axis]);
+      put(own.lower, facets.lower[axis]);
+      put(own.upper, facets.upper[axis]);
+    }
   }
 }
 
@@ -163,9 +217,8 @@ HWY_INLINE uint64_t EnterOwnBoxes(const Ray& ray, const TestRaysOf<EightPart>& r
   // Axis by axis, for want of registers.
   SlabsOf<EightPart> slabs;
   for (int axis = 0; axis < 3; ++axis) {
-    const CornersOnAxis on = corners.OnAxis(axis);
-    slabs.Cut(axis, OwnLower(on.v0, on.v1, on.v2), OwnUpper(on.v0, on.v1, on.v2), rays.org[axis],
-              ray.reciprocal(axis));
+    const PlanesOnAxis own = corners.OwnPlanes(axis);
+    slabs.Cut(axis, own.lower, own.upper, rays.org[axis], ray.reciprocal(axis));
   }
   const auto interval = slabs.Interval();
   entry = interval.entry;

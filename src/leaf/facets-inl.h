@@ -79,6 +79,8 @@ class FacetTest {
     switch (LayoutOf(block_)) {
       case CornerLayout::kFew:
         return TestOne<CornerLayout::kFew>(number);
+      case CornerLayout::kPrepared:
+        return TestOne<CornerLayout::kPrepared>(number);
       case CornerLayout::kByLane:
         return TestOne<CornerLayout::kByLane>(number);
       default:
@@ -134,7 +136,7 @@ class FacetTest {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
       const LeafCorners<kLayout> corners{block_, part};
-      TestRay<true>(number, corners.All().Triangles(), corners.Again(), part, nullptr);
+      TestRay<true>(number, corners.Triangles(), corners.Again(), part, nullptr);
     }
   }
 

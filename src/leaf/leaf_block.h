@@ -5,7 +5,8 @@
 // the header of 16 bytes stand, by kind:
 //
 //   facets          indices of the corners, uint8_t[3][kLeafLanes], and the distinct vertices,
-//                   float[3][vertices]; of moving ones at both time steps, float[2][3][vertices]
+//                   float[3][vertices]; of moving ones at both time steps, float[2][3][vertices];
+//                   of prepared ones PreparedFacets behind them
 //   spheres, discs  float[4][lanes]: centre and radius
 //   oriented discs  float[7][lanes]: centre, radius, normal
 //   timed, user primitives, instances   nothing: they are asked for by name
@@ -32,6 +33,16 @@ enum class LeafKind : uint8_t {
   kInstances,      ///
 };
 
+/// Triangles as the triangle test wants them, a lane each (see geometry/triangle_test-inl.h).
+struct PreparedFacets {
+  float v0[3][kLeafLanes];
+  float e1[3][kLeafLanes];
+  float e2[3][kLeafLanes];
+  float ng[3][kLeafLanes];
+  float lower[3][kLeafLanes];  ///< of its own box, widened
+  float upper[3][kLeafLanes];
+};
+
 struct alignas(4) LeafBlock {
   static constexpr uint32_t kSeveral = UINT32_MAX;
   /// As many vertices as lanes have corners: a place for each, all lanes of corner 0 first, from
@@ -39,8 +50,9 @@ struct alignas(4) LeafBlock {
   static constexpr uint8_t kByLane = 3 * kLeafLanes;
 
   LeafKind kind : 4;
-  uint8_t is_last : 1;   ///< of its leaf
-  uint8_t is_timed : 1;  ///< moves: asked for by name at each ray's time
+  uint8_t is_last : 1;      ///< of its leaf
+  uint8_t is_timed : 1;     ///< moves: asked for by name at each ray's time
+  uint8_t is_prepared : 1;  ///< facets, which stand once more as the triangle test wants them
   uint8_t lanes;         ///< of facets the triangles, of which a quad has two; else the items
   uint8_t vertices;      ///< of facets: the distinct ones, or kByLane
   uint8_t second;        ///< a bit a lane: the second triangle of a quad
@@ -53,7 +65,8 @@ struct alignas(4) LeafBlock {
     if (is_timed) return 0;
     switch (kind) {
       case LeafKind::kFacets:
-        return 3 * kLeafLanes + 3 * sizeof(float) * vertices;
+        return 3 * kLeafLanes + 3 * sizeof(float) * vertices +
+               (is_prepared ? sizeof(PreparedFacets) : 0);
       case LeafKind::kMovingFacets:
         return 3 * kLeafLanes + 6 * sizeof(float) * vertices;
       case LeafKind::kSpheres:
@@ -74,6 +87,9 @@ struct alignas(4) LeafBlock {
   const uint8_t* indices() const { return reinterpret_cast<const uint8_t*>(this + 1); }
   const float* vertex_data() const {
     return reinterpret_cast<const float*>(indices() + 3 * kLeafLanes);
+  }
+  const PreparedFacets& prepared() const {
+    return *reinterpret_cast<const PreparedFacets*>(vertex_data() + 3 * kByLane);
   }
   const float* point_data() const { return reinterpret_cast<const float*>(this + 1); }
 

@@ -9,6 +9,7 @@
 
 #include <limits>
 
+#include "leaf/cross_facets-inl.h"
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/group_lanes-inl.h"
@@ -59,7 +60,8 @@ struct TogetherEnter {
     const uint32_t entered =
         interval.EnterChildren(planes, group.LargestTFar(active), entry) & node.UsedChildren();
     if (entered == 0) return;
-    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task, node, entered);
+    if (HWY_UNLIKELY(node.BareLeaves(entered)))
+      GiveLeavesGeometry(task, node, entered, PrepareFacets);
     const BroadcastPlanes broadcast(planes);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
       uint32_t lanes = active;
@@ -127,7 +129,8 @@ struct EachEnters {
       nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
     }
     if (entered == 0) return;
-    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task, node, entered);
+    if (HWY_UNLIKELY(node.BareLeaves(entered)))
+      GiveLeavesGeometry(task, node, entered, PrepareFacets);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
       PrefetchChild(task.partition, node.Child(i));
       open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};

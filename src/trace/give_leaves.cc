@@ -21,26 +21,42 @@ struct BareLeaf {
   LeafItems items;
 };
 
+void Prepare(const LeafBlock& block, PrepareFunction prepare) {
+  prepare(block, const_cast<PreparedFacets&>(block.prepared()));
+}
+
 /// Renews a copy. If the geometry has no room in it any more, the leaf goes without.
-void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf) {
+void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
   const uint32_t place = node.Child(leaf.child).block();
   const std::size_t room = kept.RoomOfLeaf(place);
-  if (RenewLeaf(kept.meshes(), leaf.items, room, kept.leaf(place))) return;
+  if (RenewLeaf(kept.meshes(), leaf.items, room, kept.leaf(place))) {
+    const auto& block = *reinterpret_cast<const LeafBlock*>(kept.leaf(place));
+    if (block.is_prepared) Prepare(block, prepare);
+    return;
+  }
   kept.Lose(room);
   node.SetChild(leaf.child, ChildWord::Range(leaf.first));
 }
 
-void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf) {
+void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
-  MadeLeaf made;
+  auto& block = *reinterpret_cast<LeafBlock*>(blocks);
+  const MeshTable& meshes = kept.meshes();
+  const bool is_small = kept.triangle_count() <= policy::kPreparedScene;
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
-    made = MakeLeaf(kept.meshes(), leaf.items, leaf.first, shared, blocks);
-    return made.is_whole && kept.AllocateLeaf(made.bytes, place);
+    MadeLeaf made = MakeLeaf(meshes, leaf.items, leaf.first, shared, blocks);
+    // The robust test wants the corners themselves.
+    if (shared == SharedVertices::kRepeat && block.IsPlain() && !meshes.shapes().robust()) {
+      block.is_prepared = true;
+      made.bytes = block.Bytes();
+      Prepare(block, prepare);
+    }
+    if (!made.is_whole || !kept.AllocateLeaf(made.bytes, place)) return false;
+    std::memcpy(kept.leaf(place), blocks, made.bytes);
+    return true;
   };
-  const bool is_small = kept.triangle_count() <= policy::kSmallScene;
   if (!(is_small && make(SharedVertices::kRepeat)) && !make(SharedVertices::kFind)) return;
-  std::memcpy(kept.leaf(place), blocks, made.bytes);
   node.SetChild(leaf.child, ChildWord::Block(place));
 }
 
@@ -73,7 +89,8 @@ std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, ui
 
 }  // namespace
 
-void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered) {
+void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered,
+                        PrepareFunction prepare) {
   while (!node.TryLockLeaves()) {
     // What others give is welcome, but only wrong copies must be waited for.
     if (node.StaleLeaves(entered) == 0) return;
@@ -84,8 +101,8 @@ void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered)
   const uint32_t stale = node.StaleLeaves(bare);
   std::array<BareLeaf, WideNode::kWidth> room;
   for (const BareLeaf& leaf : FindBareLeaves(kept, node, kept.HasLeafRoom() ? bare : stale, room)) {
-    if (stale >> leaf.child & 1) Renew(kept, node, leaf);
-    if (node.Child(leaf.child).IsRange() && kept.HasLeafRoom()) Copy(kept, node, leaf);
+    if (stale >> leaf.child & 1) Renew(kept, node, leaf, prepare);
+    if (node.Child(leaf.child).IsRange() && kept.HasLeafRoom()) Copy(kept, node, leaf, prepare);
   }
   node.SetLeavesDone(bare);
   node.UnlockLeaves();

@@ -47,9 +47,12 @@ inline constexpr std::size_t kRaysToSplitFor = 64;
 /// Rays of calls that go the short way, on the stack of the caller.
 inline constexpr std::size_t kShortCall = 256;
 
-/// Triangles of scenes whose leaves repeat the vertices that triangles share: there is memory
-/// enough, and to load them is quicker than to look them up. Rays of any kind go by groups there:
-/// before they come apart, they have their hits.
+/// Triangles of scenes of which rays of any kind go by groups: before they come apart, they have
+/// their hits.
 inline constexpr std::size_t kSmallScene = 512;
+
+/// Triangles of scenes whose leaves repeat the vertices that triangles share, and are prepared:
+/// there is memory enough, and to load all that is quicker than to look it up and compute it.
+inline constexpr std::size_t kPreparedScene = 4096;
 
 }  // namespace dacrt::policy

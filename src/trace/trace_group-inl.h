@@ -24,51 +24,54 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// The triangles of a leaf, to be broadcast one after the other.
-struct BroadcastTriangles {
-  HWY_ALIGN float v0[3][kLeafLanes], e1[3][kLeafLanes], e2[3][kLeafLanes], ng[3][kLeafLanes];
-  HWY_ALIGN float lower[3][kLeafLanes], upper[3][kLeafLanes];
-
-  uint32_t candidates = 0;  ///< that a ray may meet, a bit each
-
-  /// `may_meet` says it of boxes in the lanes of a vector.
+class BroadcastTriangles {
+ public:
+  /// `may_meet` says of boxes in the lanes of a vector whether a ray may meet what is in them.
   template <class MayMeet>
-  HWY_INLINE BroadcastTriangles(const LeafBlock& block, const MayMeet& may_meet) {
-    for (size_t part = 0; part < kParts; ++part) {
-      const CornerLanes corners = DecodeCorners(block, part);
-      const auto triangles = corners.Triangles();
-      const auto box = OwnBox(corners.v0, corners.v1, corners.v2);
-      const size_t first = part * kPartLanes;
-      for (int axis = 0; axis < 3; ++axis) {
-        hn::Store(triangles.v0[axis], kEightTag, v0[axis] + first);
-        hn::Store(triangles.e1[axis], kEightTag, e1[axis] + first);
-        hn::Store(triangles.e2[axis], kEightTag, e2[axis] + first);
-        hn::Store(triangles.ng[axis], kEightTag, ng[axis] + first);
-        hn::Store(box.lower[axis], kEightTag, lower[axis] + first);
-        hn::Store(box.upper[axis], kEightTag, upper[axis] + first);
-      }
-      candidates |= may_meet(box) << first;
+  HWY_INLINE BroadcastTriangles(const LeafBlock& block, const MayMeet& may_meet)
+      : facets_(&block.prepared()) {
+    if (HWY_UNLIKELY(!block.is_prepared)) {
+      PrepareFacets(block, own_);
+      facets_ = &own_;
     }
-    candidates &= (1u << block.lanes) - 1;
+    for (size_t part = 0; part < kParts; ++part) {
+      const size_t first = part * kPartLanes;
+      WideBoxOf<EightPart> box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = hn::LoadU(kEightTag, facets_->lower[axis] + first);
+        box.upper[axis] = hn::LoadU(kEightTag, facets_->upper[axis] + first);
+      }
+      candidates_ |= may_meet(box) << first;
+    }
+    candidates_ &= (1u << block.lanes) - 1;
   }
+
+  /// Those that a ray may meet, a bit each.
+  uint32_t candidates() const { return candidates_; }
 
   HWY_INLINE TestTriangles Get(size_t i) const {
     TestTriangles triangle;
     for (int axis = 0; axis < 3; ++axis) {
-      triangle.v0[axis] = hn::Set(kFloat, v0[axis][i]);
-      triangle.e1[axis] = hn::Set(kFloat, e1[axis][i]);
-      triangle.e2[axis] = hn::Set(kFloat, e2[axis][i]);
-      triangle.ng[axis] = hn::Set(kFloat, ng[axis][i]);
+      triangle.v0[axis] = hn::Set(kFloat, facets_->v0[axis][i]);
+      triangle.e1[axis] = hn::Set(kFloat, facets_->e1[axis][i]);
+      triangle.e2[axis] = hn::Set(kFloat, facets_->e2[axis][i]);
+      triangle.ng[axis] = hn::Set(kFloat, facets_->ng[axis][i]);
     }
     return triangle;
   }
   HWY_INLINE WideBox Box(size_t i) const {
     WideBox box;
     for (int axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = hn::Set(kFloat, lower[axis][i]);
-      box.upper[axis] = hn::Set(kFloat, upper[axis][i]);
+      box.lower[axis] = hn::Set(kFloat, facets_->lower[axis][i]);
+      box.upper[axis] = hn::Set(kFloat, facets_->upper[axis][i]);
     }
     return box;
   }
+
+ private:
+  const PreparedFacets* facets_;
+  PreparedFacets own_;
+  uint32_t candidates_ = 0;
 };
 
 template <Query kQuery>
@@ -258,19 +261,31 @@ class GroupTracer {
   void TestOneByOne(ChildWord leaf, const LeafBlock& block, uint32_t active) {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) return;
-      const CornerLanes corners = DecodeCorners(block, part);
-      const auto triangles = corners.Triangles();
-      for (uint32_t left = active; left != 0; left &= left - 1) {
-        const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-        const FacetCrossing crossing =
-            CrossFacets<false>(SpreadLane{lanes_, lane}, triangles, corners);
-        if (HWY_LIKELY(crossing.lanes == 0)) continue;
-        if constexpr (kQuery == Query::kClosest) {
-          TakeOne(leaf, block, part, lane, crossing, triangles);
-        } else if ((crossing.lanes & crossing.within_limit) != 0) {
-          lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
-          active &= ~(1u << lane);
-        }
+      if (block.is_prepared) {
+        const LeafCorners<CornerLayout::kPrepared> corners{block, part};
+        TestOneByOne(leaf, block, part, corners.Triangles(), corners, active);
+      } else {
+        const CornerLanes corners = DecodeCorners(block, part);
+        TestOneByOne(leaf, block, part, corners.Triangles(), corners, active);
+      }
+    }
+  }
+
+  /// Drops lanes that are blocked from `active`.
+  template <class Corners>
+  HWY_INLINE void TestOneByOne(ChildWord leaf, const LeafBlock& block, size_t part,
+                               const TestTrianglesOf<EightPart>& triangles, const Corners& corners,
+                               uint32_t& active) {
+    for (uint32_t left = active; left != 0; left &= left - 1) {
+      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+      const FacetCrossing crossing =
+          CrossFacets<false>(SpreadLane{lanes_, lane}, triangles, corners);
+      if (HWY_LIKELY(crossing.lanes == 0)) continue;
+      if constexpr (kQuery == Query::kClosest) {
+        TakeOne(leaf, block, part, lane, crossing, triangles);
+      } else if ((crossing.lanes & crossing.within_limit) != 0) {
+        lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
+        active &= ~(1u << lane);
       }
     }
   }
@@ -323,7 +338,7 @@ class GroupTracer {
   template <class Enter>
   void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active, const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
-    if (triangles.candidates == 0) return;
+    if (triangles.candidates() == 0) return;
     for (size_t part = 0; part < lanes_.parts(); ++part) {
       const size_t first = part * Lanes();
       uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
@@ -335,7 +350,7 @@ class GroupTracer {
       }
       rays.tnear = hn::Load(kFloat, lanes_.tnear + first);
       rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
-      for (uint32_t left = triangles.candidates; left != 0; left &= left - 1) {
+      for (uint32_t left = triangles.candidates(); left != 0; left &= left - 1) {
         const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
         const TestTriangles triangle = triangles.Get(i);
         const auto terms = EdgeTerms(rays.org, rays.dir, triangle);

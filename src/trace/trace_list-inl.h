@@ -64,7 +64,8 @@ class ListTracer {
     uint8_t order[WideNode::kWidth];
     uint32_t entered = EnterAll(node, list, count, masks, order) & node.UsedChildren();
     if (entered == 0) return;
-    if (HWY_UNLIKELY(node.BareLeaves(entered))) GiveLeavesGeometry(task_, node, entered);
+    if (HWY_UNLIKELY(node.BareLeaves(entered)))
+      GiveLeavesGeometry(task_, node, entered, PrepareFacets);
     ForEachLane(entered, [&](size_t i) { PrefetchChild(task_.partition, node.Child(i)); });
     for (const uint8_t i : order) {
       if (!(entered >> i & 1)) continue;

@@ -60,6 +60,8 @@ class LoneTracer {
     switch (LayoutOf(*block)) {
       case CornerLayout::kFew:
         return TestBlock<CornerLayout::kFew>(leaf, *block);
+      case CornerLayout::kPrepared:
+        return TestBlock<CornerLayout::kPrepared>(leaf, *block);
       case CornerLayout::kByLane:
         return TestBlock<CornerLayout::kByLane>(leaf, *block);
       default:
@@ -80,7 +82,7 @@ class LoneTracer {
   template <class Corners>
   HWY_INLINE WalkStep TestPart(ChildWord leaf, const LeafBlock& block, size_t part,
                                const Corners& corners) {
-    const auto triangles = corners.All().Triangles();
+    const auto triangles = corners.Triangles();
     const FacetCrossing crossing = CrossFacets<false>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
     if (HWY_UNLIKELY(has_filters_) && IsFiltered(block, crossing.lanes, part)) {

@@ -180,7 +180,7 @@ class OneTracer {
   struct Host {
     HWY_INLINE bool Enter(WideNode& node, uint32_t entered) const {
       if (HWY_UNLIKELY(node.BareLeaves(entered))) {
-        GiveLeavesGeometry(tracer.task_, node, entered);
+        GiveLeavesGeometry(tracer.task_, node, entered, PrepareFacets);
       }
       return true;
     }
