@@ -6,7 +6,10 @@
 //   conservative  A ray that meets a triangle within the rounding of the triangle test enters the
 //                 triangle's box: boxes are widened by kBoxWidening, distances by kDistanceSlack.
 //   monotone      If box A lies in box B, B is entered no later and left no earlier than A, bit for
-//                 bit, because each operation is monotone and rounded the same way in both.
+//                 bit, because each operation is monotone and rounded the same way in both. A ray
+//                 that goes its own way asks nodes in other operations, with as much more slack
+//                 (SlackReciprocals, and kPlaneMargin in wide_node-inl.h) as their rounding can
+//                 differ.
 
 #if defined(DACRT_GEOMETRY_RAY_BOX_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_GEOMETRY_RAY_BOX_INL_H_
@@ -136,6 +139,37 @@ HWY_INLINE IntervalOf<Vec> IntersectPlanes(const Vec* near, const Vec* far, cons
   }
   return {hn::Mul(entry, SetLike(entry, 1.0f - kDistanceSlack)),
           hn::Mul(exit, SetLike(exit, 1.0f + kDistanceSlack))};
+}
+
+/// Reciprocals that have the slack in them, for a ray that meets many boxes one after the other,
+/// where each waits for the last: two multiplications are done once.
+template <class Vec>
+struct SlackReciprocals {
+  /// What is rounded otherwise than by IntersectPlanes needs a little more slack: no box is to be
+  /// entered later, or left earlier.
+  static constexpr float kSlack = 1.25f * kDistanceSlack;
+
+  Vec near[3], far[3];
+
+  HWY_INLINE explicit SlackReciprocals(const Vec* reciprocal) {
+    for (int axis = 0; axis < 3; ++axis) {
+      near[axis] = hn::Mul(reciprocal[axis], SetLike(reciprocal[axis], 1.0f - kSlack));
+      far[axis] = hn::Mul(reciprocal[axis], SetLike(reciprocal[axis], 1.0f + kSlack));
+    }
+  }
+};
+
+/// IntersectPlanes for planes as seen from the ray's origin.
+template <class Vec>
+HWY_INLINE IntervalOf<Vec> IntersectPlanes(const Vec* near, const Vec* far,
+                                           const SlackReciprocals<Vec>& reciprocal) {
+  Vec entry = hn::Mul(near[0], reciprocal.near[0]);
+  Vec exit = hn::Mul(far[0], reciprocal.far[0]);
+  for (int axis = 1; axis < 3; ++axis) {
+    entry = hn::Max(entry, hn::Mul(near[axis], reciprocal.near[axis]));
+    exit = hn::Min(exit, hn::Mul(far[axis], reciprocal.far[axis]));
+  }
+  return {entry, exit};
 }
 
 /// The slab test axis by axis.

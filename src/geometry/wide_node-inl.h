@@ -9,8 +9,11 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "geometry/box.h"
 #include "geometry/ray_box-inl.h"
@@ -51,6 +54,9 @@ inline uint16_t UpperHalfNotBelow(float value) {
   return static_cast<uint16_t>((bits + 0xFFFFu) >> 16);
 }
 
+/// By how much the planes of a node stand off the volumes of its children, relative to the node.
+constexpr float kPlaneMargin = 0x1p-21f;
+
 /// Faces of some children on an axis. They are widened already (see ray_box-inl.h).
 HWY_INLINE EightPart DecodeFaces(const uint8_t* steps, EightPart origin, EightPart scale) {
   const hn::RebindToSigned<EightTag> di;
@@ -85,10 +91,22 @@ struct ChildPlanes {
   EightPart near[kParts][3];
   EightPart far[kParts][3];
 
-  HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets) {
+  HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets)
+      : ChildPlanes(node, offsets, [](EightPart origin, int) HWY_ATTR { return origin; }) {}
+
+  /// As seen from `org`. For a single ray: the subtraction is done while steps are converted.
+  HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets, const EightPart* org)
+      : ChildPlanes(node, offsets, [org](EightPart origin, int axis) HWY_ATTR {
+          return hn::Sub(origin, org[axis]);
+        }) {}
+
+ private:
+  /// `move(origin, axis)` says from where planes are counted.
+  template <class Move>
+  HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets, const Move& move) {
     const uint8_t* const steps = &node.lower[0][0];
     for (int axis = 0; axis < 3; ++axis) {
-      const EightPart origin = hn::Set(kEightTag, node.origin[axis]);
+      const EightPart origin = move(hn::Set(kEightTag, node.origin[axis]), axis);
       const EightPart scale = ScaleOf(node, axis);
       for (size_t part = 0; part < kParts; ++part) {
         near[part][axis] =
@@ -122,30 +140,34 @@ inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node
       origin = HWY_MIN(origin, hn::GetLane(hn::MinOfLanes(kEightTag, low)));
       end = HWY_MAX(end, hn::GetLane(hn::MaxOfLanes(kEightTag, high)));
     }
+    // Planes stand off by more than what origin - org is rounded by.
+    const float margin = (end - origin) * kPlaneMargin;
+    origin = std::min(origin - margin, std::nextafter(origin, -std::numeric_limits<float>::max()));
+    const float extent = end - origin + margin;
+    uint16_t scale = UpperHalfNotBelow(extent / 255.0f);
+    // Of two numbers of eight bits the product is exact.
+    while (255.0f * FromUpperHalf(scale) < extent) ++scale;
     node.origin[axis] = origin;
-    uint16_t scale = UpperHalfNotBelow((end - origin) / 255.0f);
-    const auto v_origin = hn::Set(kEightTag, origin);
-    const auto decode = [&](hn::Vec<decltype(di)> steps) HWY_ATTR {
-      return hn::MulAdd(hn::ConvertTo(kEightTag, steps), hn::Set(kEightTag, FromUpperHalf(scale)),
-                        v_origin);
-    };
-    const auto least = hn::Zero(di), most = hn::Set(di, 255), one = hn::Set(di, 1);
-    while (hn::GetLane(decode(most)) < end) ++scale;
     node.scale[axis] = scale;
     const float step = FromUpperHalf(scale);
-    const auto v_inverse = hn::Set(kEightTag, step > 0 ? 1.0f / step : 0.0f);
+    const auto v_step = hn::Set(kEightTag, step), v_origin = hn::Set(kEightTag, origin),
+               v_margin = hn::Set(kEightTag, margin),
+               v_inverse = hn::Set(kEightTag, step > 0 ? 1.0f / step : 0.0f);
+    const auto least = hn::Zero(di), most = hn::Set(di, 255), one = hn::Set(di, 1);
+    const auto offset = [&](hn::Vec<decltype(di)> steps)
+                            HWY_ATTR { return hn::Mul(hn::ConvertTo(kEightTag, steps), v_step); };
     for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
-      const auto low = hn::Load(kEightTag, lower + i), high = hn::Load(kEightTag, upper + i);
+      const auto low = hn::Sub(hn::Sub(hn::Load(kEightTag, lower + i), v_origin), v_margin);
+      const auto high = hn::Add(hn::Sub(hn::Load(kEightTag, upper + i), v_origin), v_margin);
       // Rounding may leave the guess a step inside the box on either side.
       const auto guess = [&](EightPart face) HWY_ATTR {
-        return hn::Min(
-            hn::Max(hn::ConvertTo(di, hn::Mul(hn::Sub(face, v_origin), v_inverse)), least), most);
+        return hn::Min(hn::Max(hn::ConvertTo(di, hn::Mul(face, v_inverse)), least), most);
       };
       auto down = guess(low), up = guess(high);
       for (int round = 0; round < 2; ++round) {
-        const auto above = hn::RebindMask(di, hn::Gt(decode(down), low));
+        const auto above = hn::RebindMask(di, hn::Gt(offset(down), low));
         down = hn::Max(hn::IfThenElse(above, hn::Sub(down, one), down), least);
-        const auto below = hn::RebindMask(di, hn::Lt(decode(up), high));
+        const auto below = hn::RebindMask(di, hn::Lt(offset(up), high));
         up = hn::Min(hn::IfThenElse(below, hn::Add(up, one), up), most);
       }
       hn::StoreU(hn::DemoteTo(d8, down), d8, node.lower[axis] + i);

@@ -31,22 +31,55 @@ struct SlabRay {
   }
 };
 
-/// The children that a ray enters, a bit each; where there are fewer than eight, others may seem to
-/// be entered. `store(part, entry)` gets the distances.
-template <class Store>
-HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray, float tfar,
-                                  const Store& store) {
+/// The children that are entered between `start` and `tfar`, a bit each, and where.
+template <class Interval, class Store>
+HWY_INLINE uint32_t EnterWithin(const Interval& interval_of, EightPart start, float tfar,
+                                const Store& store) {
   uint32_t entered = 0;
   for (size_t part = 0; part < kParts; ++part) {
-    const IntervalOf<EightPart> interval =
-        IntersectPlanes(planes.near[part], planes.far[part], ray.org, ray.reciprocal);
-    const EightPart entry = hn::Max(interval.entry, ray.start);
+    const IntervalOf<EightPart> interval = interval_of(part);
+    const EightPart entry = hn::Max(interval.entry, start);
     const EightPart exit = hn::Min(interval.exit, hn::Set(kEightTag, tfar));
     entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(entry, exit))) << (part * kPartLanes);
     store(part, entry);
   }
   return entered;
 }
+
+/// The children that a ray enters, a bit each; where there are fewer than eight, others may seem to
+/// be entered. `store(part, entry)` gets the distances.
+template <class Store>
+HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray, float tfar,
+                                  const Store& store) {
+  return EnterWithin(
+      [&](size_t part) HWY_ATTR {
+        return IntersectPlanes(planes.near[part], planes.far[part], ray.org, ray.reciprocal);
+      },
+      ray.start, tfar, store);
+}
+
+/// A ray that goes its own way, and the children that it enters. They may be a few more than
+/// EnterChildren finds, and none less.
+struct LoneSlabRay {
+  EightPart org[3];
+  SlackReciprocals<EightPart> reciprocal;
+  EightPart start;
+
+  HWY_INLINE explicit LoneSlabRay(const SlabRay& ray)
+      : reciprocal(ray.reciprocal), start(ray.start) {
+    for (int axis = 0; axis < 3; ++axis) org[axis] = ray.org[axis];
+  }
+
+  template <class Store>
+  HWY_INLINE uint32_t Enter(const WideNode& node, const PlaneOffsets& offsets, float tfar,
+                            const Store& store) const {
+    const ChildPlanes planes(node, offsets, org);
+    return EnterWithin(
+        [&](size_t part)
+            HWY_ATTR { return IntersectPlanes(planes.near[part], planes.far[part], reciprocal); },
+        start, tfar, store);
+  }
+};
 
 /// Asks for the memory of what stands behind a child, which will be needed soon.
 HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {

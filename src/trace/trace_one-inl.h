@@ -116,19 +116,19 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
                         OpenChildren& open, const Host& host) {
   // The nearest hit wants the nearest children first; to be blocked, any order will do.
   constexpr bool kOrders = kQuery == Query::kClosest;
-  const SlabRay slab_ray(ray);
+  const LoneSlabRay slab_ray{SlabRay(ray)};
   const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
   for (;;) {
     if (HWY_LIKELY(child.IsInner())) {
       WideNode& node = partition.nodes[child.number()];
       HWY_ALIGN float distance[WideNode::kWidth];
       uint32_t entered =
-          EnterChildren(ChildPlanes(node, offsets), slab_ray, ray.tfar,
-                        [&](size_t part, EightPart entry) HWY_ATTR {
-                          if constexpr (kOrders) {
-                            hn::Store(entry, kEightTag, distance + part * kPartLanes);
-                          }
-                        }) &
+          slab_ray.Enter(node, offsets, ray.tfar,
+                         [&](size_t part, EightPart entry) HWY_ATTR {
+                           if constexpr (kOrders) {
+                             hn::Store(entry, kEightTag, distance + part * kPartLanes);
+                           }
+                         }) &
           node.UsedChildren();
       if (entered != 0) {
         if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <bit>
 #include <string>
 #include <thread>
 
@@ -195,66 +196,110 @@ void ScenesOfEveryShape() {
   expect(flat, "flat");
 }
 
-// A child is entered by rays that meet its box, in every octant; what no child stands for is not,
-// once masked.
+/// The children that a ray enters, and where.
+struct Entered {
+  uint32_t children;
+  HWY_ALIGN float entries[WideNode::kWidth];
+};
+
+template <class Enter>
+Entered EnteredOf(const WideNode& node, const Enter& enter) {
+  Entered entered;
+  const auto store = [&](size_t part, EightPart entry) HWY_ATTR {
+    hn::Store(entry, kEightTag, entered.entries + part * kPartLanes);
+  };
+  entered.children = enter(store) & node.UsedChildren();
+  return entered;
+}
+
+/// Expects that a ray enters the children whose boxes, as the triangle test sees them, it meets,
+/// and none of them later. Returns how many these are.
+size_t ExpectEntered(const Family& family, const RayRecord& ray, const Entered& entered,
+                     const std::string& what) {
+  size_t count = 0;
+  for (size_t i = 0; i < family.boxes.size(); ++i) {
+    // The test of the box alone, which no volume around it may be stricter than.
+    V origin[3], reciprocal[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis] = hn::Set(kFloat, ray.org[axis]);
+      reciprocal[axis] = hn::Set(kFloat, ray.reciprocal[axis]);
+    }
+    const Interval own =
+        IntersectBox(Widen(family.boxes[i].lower, family.boxes[i].upper), origin, reciprocal);
+    if (!(Bits(Enters(own, hn::Set(kFloat, ray.tnear), hn::Set(kFloat, ray.tfar))) & 1)) continue;
+    ++count;
+    EXPECT_TRUE(entered.children >> i & 1) << what << " child " << i;
+    EXPECT_LE(entered.entries[i], std::max(hn::GetLane(own.entry), ray.start)) << what;
+  }
+  return count;
+}
+
+// A child is entered by rays that meet its box, in every octant, of every size and place; what no
+// child stands for is not, once masked. By rays in lists and by those that go their own way.
 void RaysEnterTheChildrenTheyMeet() {
   Random random(2);
   size_t entered_all = 0, not_entered = 0;
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < 20000; ++round) {
     const size_t count = 1 + random.Below(8);
+    const float size = std::abs(random.AnyMagnitude(1e-6f, 1e6f));
+    const float place =
+        random.Below(2) == 0 ? 0 : size * std::abs(random.AnyMagnitude(1e-2f, 1e5f));
+    const float distance = size * std::abs(random.AnyMagnitude(1e-3f, 1e5f));
+    const Float3 center = random.InCube(-place, place);
     Family family;
     for (size_t i = 0; i < count; ++i) {
-      const Float3 a = random.InCube(-1, 1);
-      Float3 b = random.InCube(-1, 1);
-      for (size_t axis = 0; axis < 3; ++axis) b[axis] += a[axis];
+      Float3 a = random.InCube(-size, size);
+      Float3 b = random.InCube(-size, size);
+      for (size_t axis = 0; axis < 3; ++axis) {
+        if (random.Below(6) == 0) b[axis] = 0;
+        a[axis] += center[axis];
+        b[axis] += a[axis];
+      }
       family.Add(a, b);
     }
     const WideNode node = family.Encode();
     ASSERT_EQ(node.UsedChildren(), (1u << count) - 1);
     RayRecord ray{};
-    // At one of the children, more or less.
-    const Box& aim = family.boxes[random.Below(static_cast<uint32_t>(count))];
-    const Float3 org = random.InCube(-2, 2);
-    Float3 dir;
+    // At one of the children, more or less, often at a face of it, and from a face of another.
+    const auto point_of = [&](const Box& box) {
+      Float3 point;
+      for (size_t axis = 0; axis < 3; ++axis) {
+        const uint32_t face = random.Below(6);
+        point[axis] = face == 0   ? box.lower[axis]
+                      : face == 1 ? box.upper[axis]
+                                  : random.Uniform(box.lower[axis], box.upper[axis]);
+      }
+      return point;
+    };
+    const Float3 aim = point_of(family.boxes[random.Below(static_cast<uint32_t>(count))]);
+    Float3 org = point_of(family.boxes[random.Below(static_cast<uint32_t>(count))]);
+    const Float3 off = random.InCube(-distance, distance);
     for (size_t axis = 0; axis < 3; ++axis) {
-      dir[axis] = random.Uniform(aim.lower[axis], aim.upper[axis]) - org[axis];
-    }
-    for (size_t axis = 0; axis < 3; ++axis) {
+      if (random.Below(2) == 0) org[axis] += off[axis];
       ray.org[axis] = org[axis];
-      ray.dir[axis] = random.Below(8) == 0 ? (random.Next() & 1 ? 0.0f : -0.0f) : dir[axis];
+      ray.dir[axis] =
+          random.Below(8) == 0 ? (random.Next() & 1 ? 0.0f : -0.0f) : aim[axis] - org[axis];
     }
     ray.tnear = random.Uniform(-1, 1);
-    ray.tfar = random.Uniform(1, 5);
+    ray.tfar = random.Below(2) == 0 ? 1 : random.Uniform(1, 5);
     ray.mask = 1;
-    ASSERT_TRUE(FinishRecord(ray));
-    HWY_ALIGN float entries[WideNode::kWidth];
-    const uint32_t entered =
-        EnterChildren(ChildPlanes(node, PlaneOffsets(ray.Octant())), SlabRay(ray), ray.tfar,
-                      [&](size_t part, EightPart entry)
-                          HWY_ATTR { hn::Store(entry, kEightTag, entries + part * kPartLanes); }) &
-        node.UsedChildren();
-    ASSERT_EQ(entered & ~node.UsedChildren(), 0u);
-    for (size_t i = 0; i < count; ++i) {
-      // The test of the box alone, which no volume around it may be stricter than.
-      V origin[3], reciprocal[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        origin[axis] = hn::Set(kFloat, ray.org[axis]);
-        reciprocal[axis] = hn::Set(kFloat, ray.reciprocal[axis]);
-      }
-      const Interval own =
-          IntersectBox(Widen(family.boxes[i].lower, family.boxes[i].upper), origin, reciprocal);
-      const bool meets =
-          Bits(Enters(own, hn::Set(kFloat, ray.tnear), hn::Set(kFloat, ray.tfar))) & 1;
-      if (meets) {
-        ASSERT_TRUE(entered >> i & 1) << "child " << i << " of " << count;
-        ASSERT_LE(entries[i], std::max(hn::GetLane(own.entry), ray.start));
-        ++entered_all;
-      }
-      not_entered += !(entered >> i & 1);
-    }
+    if (!FinishRecord(ray)) continue;
+    const PlaneOffsets offsets(ray.Octant());
+    const SlabRay slab_ray(ray);
+    const Entered in_list = EnteredOf(node, [&](const auto& store) HWY_ATTR {
+      return EnterChildren(ChildPlanes(node, offsets), slab_ray, ray.tfar, store);
+    });
+    const Entered alone = EnteredOf(node, [&](const auto& store) HWY_ATTR {
+      return LoneSlabRay(slab_ray).Enter(node, offsets, ray.tfar, store);
+    });
+    const std::string what = "round " + std::to_string(round);
+    entered_all += ExpectEntered(family, ray, in_list, what + ", in a list");
+    ExpectEntered(family, ray, alone, what + ", alone");
+    ASSERT_FALSE(testing::Test::HasFailure());
+    not_entered += static_cast<size_t>(std::popcount(node.UsedChildren() & ~alone.children));
   }
-  EXPECT_GT(entered_all, 500u);
-  EXPECT_GT(not_entered, 2000u);
+  EXPECT_GT(entered_all, 5000u);
+  EXPECT_GT(not_entered, 10000u);
 }
 
 // Nearly always, so that few have to be masked; in a node without extent they are points.
