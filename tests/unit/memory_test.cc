@@ -359,7 +359,9 @@ TEST(MemoryInstanceTest, ACallTakesNoMoreThanTheFormulaSays) {
       const std::size_t heap_before = heap_peak;
       scene.Trace(Query::kClosest, unit::ViewOf(rays));
       EXPECT_LE(device->WorkspaceBytesHeld(), scene.WorkspaceBytes(rays.size()));
-      if (!DACRT_TEST_SANITIZED) EXPECT_LE(heap_peak - heap_before, kHeapAllowance);
+      if (!DACRT_TEST_SANITIZED) {
+        EXPECT_LE(heap_peak - heap_before, kHeapAllowance);
+      }
       EXPECT_LE(inner->KeptBytesUsed(), inner->KeptBytes());
       EXPECT_LE(scene.KeptBytesUsed(), scene.KeptBytes());
     }
