@@ -10,8 +10,6 @@
 namespace dacrt::mpi {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 /// A ray of which is asked whether it hits something up to `tfar`.
 struct Probe {
   float org[3], dir[3];

@@ -63,9 +63,10 @@ class Figures {
   void SteadySlices() {
     for (const auto& [size, goal] :
          {std::pair("4K", 1.4), std::pair("1K", 1.15), std::pair("64", 0.9)}) {
-      AtLeast(
-          goal, std::string("steady, ") + size + " rays a call", kMean,
-          Steady([&size = size](const Cell& cell) { return IsPlain(cell) && cell.size == size; }));
+      AtLeast(goal, std::string("steady, ") + size + " rays a call", kMean,
+              Steady([this, &size = size](const Cell& cell) {
+                return IsPlain(cell) && cell.size == size;
+              }));
     }
   }
 
@@ -93,7 +94,7 @@ class Figures {
   void OtherIsas() {
     for (const auto& [isa, goal] : {std::pair("avx2", 1.4), std::pair("sse4.2", 1.0)}) {
       AtLeast(goal, std::string(isa) + " against " + isa + ", from 64K rays", kMean,
-              Steady([&isa = isa](const Cell& cell) {
+              Steady([this, &isa = isa](const Cell& cell) {
                 return IsOf(cell, "triangles", isa) && IsMainKind(cell) && IsPicture(cell);
               }));
     }
