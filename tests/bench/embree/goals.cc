@@ -94,7 +94,7 @@ class Figures {
   void OtherIsas() {
     for (const auto& [isa, goal] : {std::pair("avx2", 1.4), std::pair("sse4.2", 1.0)}) {
       AtLeast(goal, std::string(isa) + " against " + isa + ", from 64K rays", kMean,
-              Steady([this, &isa = isa](const Cell& cell) {
+              Steady([&isa = isa](const Cell& cell) {
                 return IsOf(cell, "triangles", isa) && IsMainKind(cell) && IsPicture(cell);
               }));
     }
