@@ -1,11 +1,11 @@
-// Geometries over the arrays that a program has: the comfortable way to a Geometry.
+// Geometries over the arrays that a program has: the easy way to a Geometry.
 //
 //   std::vector<float> vertices;            // x, y, z, x, y, z ...
 //   std::vector<uint32_t> triangles;        // three numbers of vertices each
 //   Geometry mesh = Triangles(vertices, triangles);
 //
 //   struct Vertex { float colour[4]; Vector position; };
-//   std::vector<Vertex> vertices;           // interleaved with whatever else
+//   std::vector<Vertex> vertices;           // interleaved with anything else
 //   std::vector<std::array<int, 3>> triangles;
 //   Geometry mesh = Triangles({vertices, &Vertex::position}, triangles);
 //

@@ -57,8 +57,8 @@ struct CallbackArguments {
   void* call;            ///< CallOptions::call
 };
 
-/// A function of the program's, with what it is to be called with. None if `function` is null.
-/// A callback may trace rays itself. It must not throw. callback_of.h makes one of a lambda.
+/// A function of the program's, and the data that it is called with. None if `function` is null.
+/// A callback may trace rays itself. It must not throw. callback_of.h makes one from a lambda.
 struct Callback {
   void (*function)(void* data, const CallbackArguments& arguments) = nullptr;
   void* data = nullptr;
@@ -67,10 +67,10 @@ struct Callback {
   void operator()(const CallbackArguments& arguments) const { function(data, arguments); }
 };
 
-/// Told how far a call of Scene::Trace is: `done` of its `rays` have their answers. None if
+/// Told how far a call of Scene::Trace has come: `done` of its `rays` have their answers. None if
 /// `function` is null.
 ///
-/// Called when a piece of the batch is done, at most 65,536 rays, by one thread at a time of those
+/// Called after each piece of the batch, of at most 65,536 rays, by one thread at a time of those
 /// that work on the call. Not called by calls of up to 256 rays. It must not throw.
 ///
 /// Returns whether to go on. If not, the call returns as soon as the pieces that threads are

@@ -1,5 +1,5 @@
 // Callbacks from lambdas and other objects that can be called, with rays and hits instead of
-// packets: the comfortable way to a Callback.
+// packets: the easy way to a Callback.
 //
 //   const auto is_leaf = [&](const RayHit& hit) { return Opacity(hit.hit.u, hit.hit.v) > 0.5f; };
 //   tree.closest_filter = tree.any_filter = FilterOf(is_leaf);
@@ -77,8 +77,8 @@ Callback FilterOf(const Filter&& filter) = delete;
 /// Tells rays from the primitives of a user geometry, for Geometry::intersect and for
 /// Geometry::occluded. `test` is called as
 ///   bool (uint32_t primitive, RayHit& ray)
-/// and returns whether the ray hits the primitive between tnear and tfar. It has then set tfar, and
-/// ng, u and v where it likes; the IDs are set here.
+/// and returns whether the ray hits the primitive between tnear and tfar. If so it has set tfar,
+/// and ng, u and v if it likes; the IDs are set here.
 template <class Test>
 Callback HitTestOf(Test& test) {
   const auto call = [](void* data, const CallbackArguments& arguments) {

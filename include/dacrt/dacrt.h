@@ -1,7 +1,7 @@
 // dacrt: batches of rays against triangles, without an acceleration structure built beforehand.
 //
 // Method: Nabata, Iwasaki, Dobashi, Nishita, "Efficient Divide-And-Conquer Ray Tracing using Ray
-// Sampling", HPG 2013. What a scene finds out about its triangles while rays are traced it may keep
+// Sampling", HPG 2013. A scene may keep what it finds out about its triangles while rays are traced
 // (Settings::budget): a bounding volume hierarchy, eight wide and quantised, that is built where
 // rays come.
 //
@@ -14,7 +14,7 @@
 //   if (rays[0].hit) std::printf("hit at t = %g\n", rays[0].ray.tfar);
 //
 // This header includes all of the API but callback_of.h (callbacks from lambdas) and mpi.h (several
-// processes). Lengths are in the program's unit, times as it likes. What goes wrong is told by
+// processes). Lengths and times are in units of the program's choice. Errors are reported by
 // exceptions: see error.h.
 #pragma once
 
@@ -43,15 +43,15 @@ namespace dacrt {
 
 /// Told of the memory that a device and its scenes take: before they take `bytes`, which it may
 /// refuse by returning false, and, with negative `bytes`, after they gave some back, when what it
-/// returns has no meaning. That is workspaces, what scenes keep between calls, and what splitting a
-/// large scene takes while it lasts. Any thread may call it. It must not throw, nor trace.
+/// returns is ignored. Counted are workspaces, what scenes keep between calls, and what splitting a
+/// large scene takes while it lasts. Any thread may call it. It must neither throw nor trace rays.
 using MemoryMonitor = std::function<bool(std::ptrdiff_t bytes)>;
 
 /// Owns what calls share: the settings, the choice of instruction set, the threads, and the
 /// workspaces, which are kept between calls.
 ///
-/// A program needs one. Several are for parts of a program that are to have settings, budgets,
-/// threads or a memory monitor of their own; their scenes cannot be instances of each other.
+/// A program needs one. Several are for parts of a program that want settings, budgets, threads or
+/// a memory monitor of their own; their scenes cannot be instances of each other.
 ///
 /// Threads: any number may use a device at once.
 class DACRT_API Device {
@@ -69,14 +69,14 @@ class DACRT_API Device {
 
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack. For T
   /// triangles and N rays, of which W of the device's D threads trace pieces of R = min(N, 65,536),
-  /// less where threads would go without, they are about
+  /// or fewer where threads would otherwise have none, they are about
   ///     with a kept partition  W (152 R + 0.7 million)
   ///                            + 6 T + 1.3 million + 1.2 million min(D, T / 32,768)
   ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.7 million
   /// The second line is needed only by the first calls, while large subsets are split. With a kept
   /// partition it is at least what one thread needs for a piece of 1,024 rays, which is reserved
   /// when a scene is made. Calls of up to 256 rays over a kept partition, packets and single rays
-  /// need none but, while subsets are split, the second line; their stack is 80 KiB. The device
+  /// need only the second line, and only while subsets are split; their stack is 80 KiB. The device
   /// keeps as many workspaces as threads worked at once, each as large as the largest piece that it
   /// served.
   std::size_t WorkspaceBytes(std::size_t triangle_count, std::size_t ray_count) const;
@@ -111,17 +111,17 @@ struct SceneOptions {
   bool always_refit = false;
 };
 
-/// A Geometry, or what holds several of them one behind the other.
+/// A Geometry, or a contiguous range of them.
 template <class T>
 concept OneOrMoreGeometries =
     std::same_as<T, Geometry> || std::convertible_to<const T&, std::span<const Geometry>>;
 
 /// A committed, immutable set of geometries.
 ///
-/// Change: what has moved, come or gone is said by making another scene, of the same device, over
-/// the same arrays; the old one may go before or after. Where nothing but vertices, transforms and
+/// Change: to show what has moved, come or gone, make another scene of the same device over the
+/// same arrays; the old one may be destroyed before or after. Where only vertices, transforms and
 /// bounds have changed, the new scene can take over what the old one has found out (see TakeOver);
-/// else that is found out anew where rays come. What stays still while other things move belongs
+/// otherwise that is found out anew where rays come. What stays still while others move belongs
 /// in a scene of its own, of which the one that is made anew has an instance (InstanceOf): it keeps
 /// what it has, and what moves without changing its shape is an instance with another transform.
 ///
@@ -138,8 +138,8 @@ class DACRT_API Scene {
   /// where distances are equal.
   /// Throws Error if the device is null, if a pointer is null while its count is not zero, if an
   /// address or stride is not a multiple of four, or if there are 2^31 - 1 triangles or more
-  /// (Error::Kind::kTooLarge); std::bad_alloc if the memory of what is kept, or of the least
-  /// workspace, cannot be had.
+  /// (Error::Kind::kTooLarge); std::bad_alloc if there is no memory for what is kept or for the
+  /// least workspace.
   Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes,
         Keep keep = Keep::kByBudget);
 
@@ -154,22 +154,22 @@ class DACRT_API Scene {
         const SceneOptions& options = {})
       : Scene(std::move(device), AsSpan(geometries), options) {}
 
-  /// The same for a scene that comes in the place of `previous`, for the next frame of an
-  /// animation: where both have the same geometries but for vertices, transforms and bounds, with
-  /// as many primitives and the same indices, what `previous` keeps can be taken over, and only
-  /// what rays come to is renewed. If so, takes_over() is true, and before anything else is done
-  /// with the new scene TakeOver must be called. Where coordinates have changed so much that the
-  /// old partition would be slow, or other primitives can be hit than before, takes_over() is
-  /// false.
+  /// The same for a scene that replaces `previous` in the next frame of an animation: where both
+  /// have the same geometries but for vertices, transforms and bounds, with as many primitives and
+  /// the same indices, what `previous` keeps can be taken over, and only what rays come to is
+  /// renewed. If so, takes_over() is true, and TakeOver must be called before anything else is done
+  /// with the new scene.
+  /// Where coordinates have changed so much that the old partition would be slow, or where other
+  /// primitives can be hit than before, takes_over() is false.
   ///
-  /// The caller's duty: indices and the arrays of `previous` need not be in place any more, but
-  /// nobody may trace `previous` meanwhile.
+  /// The caller's duty: nobody may trace `previous` meanwhile. Its indices and arrays need not be
+  /// in place any more.
   Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
         const SceneOptions& options, const Scene& previous);
   bool takes_over() const;
 
-  /// Takes over what `previous` keeps, the scene that was given to the constructor. From then on
-  /// nothing must be done with that but to destroy it. Does nothing if takes_over() is false.
+  /// Takes over what `previous`, the scene that was given to the constructor, keeps. From then on
+  /// `previous` may only be destroyed. Does nothing if takes_over() is false.
   void TakeOver(Scene& previous) noexcept;
   ~Scene();
   Scene(const Scene&) = delete;
@@ -184,7 +184,7 @@ class DACRT_API Scene {
   /// Number of primitives that can be hit; of grids, of their quads.
   std::size_t triangle_count() const;
 
-  /// Bytes that the scene may come to keep between calls, beside the meshes' description: 0 if
+  /// Bytes that the scene may come to keep between calls, besides the meshes' description: 0 if
   /// nothing is kept. Reserved when the scene is made, taken from the system as the partition
   /// grows.
   std::size_t KeptBytes() const;
@@ -200,10 +200,10 @@ class DACRT_API Scene {
   /// Hits: closest hits are exact to single-precision rounding of the Moeller-Trumbore test; of
   /// hits at the same distance the one with the smaller (geometry_id, primitive_id) is reported.
   /// The same rays get the same bits whatever the settings, the pieces and the other rays in the
-  /// batch. Not promised: the same bits on two different instruction sets; watertight edges, but in
-  /// robust scenes.
+  /// batch. Not promised: the same bits on two different instruction sets; watertight edges, except
+  /// in robust scenes.
   ///
-  /// Memory: where the workspace cannot be had, the call makes do with fewer threads and smaller
+  /// Memory: where the workspace does not fit, the call makes do with fewer threads and smaller
   /// pieces, down to what was reserved when a scene was made. So a call fails for want of memory
   /// only if other calls have all that there is.
   ///
@@ -211,7 +211,7 @@ class DACRT_API Scene {
   /// take a shorter way.
   ///
   /// Throws Error if a component that must be present is absent or lanes is 0, and std::bad_alloc
-  /// if not even the least workspace can be had; no ray has changed then.
+  /// if there is no memory for even the least workspace; no ray has changed then.
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options = {}) const;
 
   /// The same for a packet or a single ray, by the shortest way: on the stack and the thread of the
@@ -221,19 +221,19 @@ class DACRT_API Scene {
   void Trace(Query query, const RayPacket& packet, const CallOptions& options = {}) const;
 
   /// Finds the closest hit of every ray: Trace with Query::kClosest over these records. Where a ray
-  /// hits, its tfar and its hit are written; what misses stays as it was.
+  /// hits, its tfar and its hit are written; a ray that misses stays as it was.
   Statistics ClosestHits(std::span<RayHit> rays, const CallOptions& options = {}) const {
     return Trace(Query::kClosest, ViewOf(rays), options);
   }
 
   /// Finds out whether there is anything along every ray, for shadows and lines of sight: Trace
-  /// with Query::kAny. Ray::IsOccluded tells it afterwards.
+  /// with Query::kAny. Ray::IsOccluded gives the answer afterwards.
   Statistics AnyHits(std::span<Ray> rays, const CallOptions& options = {}) const {
     return Trace(Query::kAny, ViewOf(rays), options);
   }
 
-  /// The same for a single ray, by the shortest way. Returns whether it hits. A batch costs less a
-  /// ray.
+  /// The same for a single ray, by the shortest way. Returns whether it hits. In a batch a ray
+  /// costs less.
   bool ClosestHit(RayHit& ray, const CallOptions& options = {}) const {
     ray.hit = {};
     Trace(Query::kClosest, RayPacket{&ray}, options);
@@ -245,8 +245,8 @@ class DACRT_API Scene {
   }
 
   /// Calls the point callbacks of the geometries for the primitives within the radius of a point,
-  /// each once, in instances once an instance. A primitive is within the radius if its bounds at
-  /// the query's time are; a moving geometry is passed by at times at which it is not there.
+  /// each once, and in instances once per instance. A primitive is within the radius if its bounds
+  /// at the query's time are; a moving geometry is skipped at times at which it is not there.
   /// Through an instance that is not a similarity (see SimilarityScale), the box that holds what
   /// the ball of the radius becomes stands for it.
   ///

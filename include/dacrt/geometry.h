@@ -29,7 +29,7 @@ struct LinearBounds {
 /// An indexed triangle mesh in the caller's memory, which is read during Scene's constructor and
 /// during each Trace: it must stay in place and unchanged while a scene that was made from it
 /// exists. (The partition that a scene keeps holds copies of triangles, made when rays come to
-/// them; when that is, is not promised.)
+/// them, at no promised time.)
 struct TriangleMesh {
   /// Three floats a vertex, `vertex_stride` bytes apart. Four-byte aligned.
   const void* vertices = nullptr;
@@ -91,8 +91,8 @@ struct Geometry {
   TimeRange time_range;             ///< counts where there are several time steps
   std::size_t primitive_count = 0;  ///< 1 for an instance
 
-  /// A number that says what the geometry is now: where a scene follows another one (see
-  /// Scene::TakeOver), geometries of the same number, places and counts have the same contents.
+  /// Says which contents the geometry has now: where a scene follows another one (see
+  /// Scene::TakeOver), geometries with the same number, places and counts have the same contents.
   /// 0 says nothing.
   uint64_t revision = 0;
 
@@ -114,12 +114,12 @@ struct Geometry {
   std::vector<TransformStep> transforms;
 
   /// Filter functions, offered each pair of a ray and a primitive that meet, once, as long as no
-  /// closer hit was accepted; grids offer each hit of theirs, spheres and discs near and far ones.
+  /// closer hit was accepted; grids offer each of their hits, spheres and discs near and far ones.
   Callback closest_filter;  ///< for Query::kClosest
   Callback any_filter;      ///< for Query::kAny
 
-  /// Called by Scene::QueryPoint. Without it point queries pass the geometry by; instances have
-  /// none of their own.
+  /// Called by Scene::QueryPoint. Without it point queries skip the geometry; instances have no
+  /// callback of their own.
   PointCallback point_callback;
 };
 

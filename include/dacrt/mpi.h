@@ -27,8 +27,8 @@ namespace dacrt::mpi {
 enum class Mode { kReplicate, kDivide };
 
 struct Options {
-  /// A rank that owes an answer and is not heard of for so long is lost. Longer than any rank
-  /// takes for a commit, and in Mode::kDivide than ranks come later than others to a call.
+  /// A rank that owes an answer and is not heard from for this long is lost. To be longer than a
+  /// rank takes for a commit, and in Mode::kDivide longer than ranks come late to a call.
   double timeout_seconds = 120;
 
   /// Mode::kReplicate: calls of fewer rays stay on rank 0. kMeasured: found out at the start, from
@@ -36,7 +36,7 @@ struct Options {
   static constexpr std::size_t kMeasured = SIZE_MAX;
   std::size_t least_rays = kMeasured;
 
-  /// Rays that travel in one message, at most: 1 to 2^20. The memory for messages goes with it.
+  /// Rays that travel in one message, at most: 1 to 2^20. The memory for messages grows with it.
   std::size_t piece_rays = 65536;
 };
 
@@ -51,9 +51,9 @@ class Fault : public std::runtime_error {
 struct Traffic {
   uint64_t calls = 0;          ///< Trace of all of the group's scenes
   uint64_t calls_shared = 0;   ///< of these, calls that left the rank
-  uint64_t rays_out = 0;       ///< rays sent to another rank, once for each time
-  uint64_t rays_traced = 0;    ///< rays traced here in shared calls, once for each time
-  uint64_t messages_sent = 0;  ///< in and beside calls
+  uint64_t rays_out = 0;       ///< rays sent to another rank, counted each time
+  uint64_t rays_traced = 0;    ///< rays traced here in shared calls, counted each time
+  uint64_t messages_sent = 0;  ///< in calls and outside of them
   uint64_t messages_received = 0;
   uint64_t bytes_sent = 0;
   uint64_t bytes_received = 0;
@@ -71,7 +71,7 @@ struct LocalScene {
   InstructionSet instruction_set = InstructionSet::kScalar;
 };
 
-/// `scene`, which `device` made. Both must outlive what is made of it.
+/// `scene`, which `device` made. Both must outlive what is made from it.
 inline LocalScene Local(const Device& device, const Scene& scene) {
   return {&scene,
           [&scene](Query query, const RayView& rays, CallOptions options) {
@@ -86,7 +86,7 @@ class GroupScene {
  public:
   virtual ~GroupScene() = default;
 
-  /// As dacrt::Scene::Trace, but that CallOptions::progress is not called.
+  /// As dacrt::Scene::Trace, except that CallOptions::progress is not called.
   ///
   /// Mode::kReplicate: called by rank 0, from any number of threads; one of them shares its call,
   /// the others trace with the local engine meanwhile. Throws Fault after a rank was lost, in that
@@ -103,11 +103,11 @@ class GroupScene {
   virtual bool is_shared() const = 0;
 };
 
-/// How the processes of a group can end; the worse, the larger.
+/// How the processes of a group can end; the larger, the worse.
 enum class Ending {
   kFinalise,  ///< with MPI_Finalize
   kLeave,     ///< without, because a rank has ended before: MPI_Finalize might wait for it for ever
-  kAbort,     ///< with MPI_Abort, because a rank may still be running that nobody hears of
+  kAbort,     ///< with MPI_Abort, because a rank that nobody hears from may still be running
 };
 
 /// Ranks that work together. Keeps the communicator until its end.
@@ -124,16 +124,16 @@ class Group {
   /// are told apart by their contents, so that unchanged ones do not. What is written into an array
   /// later is not seen by the other ranks. Throws nothing for a lost rank: the next Trace does.
   ///
-  /// Mode::kDivide: collective; every rank with its own geometries, none too. Geometry IDs are the
-  /// caller's, and should differ between ranks. Throws Fault, and Error if ranks
-  /// use different instruction sets.
+  /// Mode::kDivide: collective; every rank with its own geometries, or with none. Geometry IDs are
+  /// the caller's, and should differ between ranks. Throws Fault, and Error if ranks use different
+  /// instruction sets.
   virtual std::unique_ptr<GroupScene> Commit(const LocalScene& local,
                                              std::span<const Geometry> geometries,
                                              const SceneOptions& options) = 0;
 
   virtual Traffic traffic() const = 0;
 
-  /// Lets the workers of Mode::kReplicate go; as the destructor does. Later calls are answered by
+  /// Lets the workers of Mode::kReplicate go, as the destructor does. Later calls are answered by
   /// this rank alone. Kills workers on this machine that hang.
   virtual Ending End() = 0;
 
@@ -144,7 +144,7 @@ class Group {
 #ifdef MPI_VERSION
 
 // MPI must be initialised, for calls from different threads (MPI_THREAD_SERIALIZED) where the
-// program's calls come from several. The communicator is the group's alone as long as it exists.
+// program's calls come from several. The communicator is the group's alone while the group exists.
 
 /// Called by rank 0 while all others call Serve. Throws Fault, and refuses the others, if a rank
 /// has another version of dacrt or another byte order.

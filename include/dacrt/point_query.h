@@ -19,13 +19,13 @@ struct InstanceSpace {
 struct PointCandidate {
   uint32_t geometry_id;
   uint32_t primitive_id;
-  const InstanceSpace* instance;  ///< that the primitive is seen in; null outside of instances
+  const InstanceSpace* instance;  ///< in which the primitive is seen; null outside of instances
   float radius;                   ///< of the query as it goes on now
   void* call;                     ///< PointQuery::call
 };
 
-/// A function of the program's that point queries call for the primitives of a geometry, with what
-/// it is to be called with. None if `function` is null.
+/// A function of the program's that point queries call for the primitives of a geometry, and the
+/// data that it is called with. None if `function` is null.
 ///
 /// It returns the radius to go on with: the candidate's, or a smaller one. It may trace rays and
 /// make point queries itself.

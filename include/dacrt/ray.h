@@ -13,7 +13,7 @@
 namespace dacrt {
 
 /// The segment org + t * dir, tnear < t <= tfar. dir need not be of length 1; t is in its units.
-/// Which rays are inactive, and so are left alone, RayView says.
+/// RayView says which rays are inactive, and so left alone.
 ///
 /// Plain memory: the order of the members is PacketComponent's, and Embree 3's RTCRay has the same.
 struct Ray {
@@ -23,7 +23,7 @@ struct Ray {
   float time = 0;  ///< of moving geometries; as TimeRange
   float tfar = std::numeric_limits<float>::infinity();
   uint32_t mask = UINT32_MAX;   ///< meets geometries with a common bit; see TriangleMesh::mask
-  uint32_t id = UINT32_MAX;     ///< the program's; callbacks see it
+  uint32_t id = UINT32_MAX;     ///< the program's own; callbacks see it
   uint32_t flags = UINT32_MAX;  ///< the same
 
   /// What an any-hit query says.
@@ -49,7 +49,7 @@ struct Hit {
   explicit operator bool() const { return geometry_id != kNone; }
 };
 
-/// A ray and its hit. Before it is traced once more: tfar anew, and hit = {}.
+/// A ray and its hit. Before it is traced once more, set tfar anew, and hit = {}.
 struct RayHit {
   Ray ray;
   Hit hit;

@@ -1,4 +1,4 @@
-// Views of a program's own rays, whatever they look like: the comfortable way to a RayView.
+// Views of a program's own rays, whatever they look like: the easy way to a RayView.
 //
 //   struct Beam { Vector from, towards; float reach; unsigned surface; double power; };
 //
@@ -23,8 +23,8 @@
 //
 // Nothing is copied. What is named is used by Scene::Trace as RayView says; what is not named has
 // RayView's default where it is read, and is not written. Origin, Direction and Tfar are needed.
-// Members are of float, the mask and all IDs of an integer of four bytes; a vector is three floats
-// one behind the other, at the start of a member of whatever type.
+// Members are floats, the mask and all IDs integers of four bytes; a vector is three floats in a
+// row at the start of a member of any type.
 #pragma once
 
 #include <cstddef>
@@ -120,8 +120,8 @@ class RayViewBuilder {
   }
 };
 
-/// Records, each a ray, or a packet of rays where the members are arrays, all of as many values
-/// (else Error is thrown); side by side, or behind a table of pointers, none of which is null.
+/// Records, each a ray, or a packet of rays where the members are arrays, all of one length (else
+/// Error is thrown); side by side, or behind a table of pointers, none of which is null.
 template <class Record>
 class RayRecords : public RayViewBuilder<RayRecords<Record>> {
  public:
@@ -184,7 +184,7 @@ class RayRecords : public RayViewBuilder<RayRecords<Record>> {
   RayView::Component start_ = 0;  ///< with a table, components are offsets
 };
 
-/// An array for each component, of a value for each ray, `stride` bytes apart.
+/// An array for each component, with a value for each ray, `stride` bytes apart.
 class RayArrays : public RayViewBuilder<RayArrays> {
  public:
   explicit RayArrays(std::size_t count, std::size_t stride = sizeof(float)) {

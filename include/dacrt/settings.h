@@ -61,7 +61,7 @@ inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;
 
 /// The constants of the method and the limits of one call.
 /// None of them changes a hit: they change time and memory only. Those from `sampled_cost` to
-/// `leaf_rays`, but for `instruction_set`, describe the published methods, and count where nothing
+/// `leaf_rays`, except `instruction_set`, describe the published methods, and count where nothing
 /// is kept between calls; see `budget`.
 struct Settings {
   /// The method. The three switches that follow belong to kNabata2013; the others ignore them.
@@ -102,15 +102,15 @@ struct Settings {
   /// 64 to 2^30. With a kept partition pieces are smaller still, so that they stay in the cache.
   uint32_t piece_rays = 4u << 20;
 
-  /// Threads that work on calls at once, those that call included, and not more than the machine
+  /// Threads that work on calls at once, those that call included, and never more than the machine
   /// has, which is also what 0 means; at most 1024. Calls that run at once share them. Where
-  /// nothing is kept, and beside callbacks, a call uses the thread that makes it.
+  /// nothing is kept, and in scenes with callbacks, a call uses the thread that makes it.
   uint32_t threads = 0;
 
   /// Bytes that a scene may keep between calls: the partition of its triangles, which grows where
-  /// rays go and serves all later calls until the scene is gone. A budget below five bytes a
-  /// triangle and a little more counts as one of so much. With 0 nothing is kept, and each call
-  /// partitions anew, as published; so it is with methods other than kNabata2013.
+  /// rays go and serves all later calls until the scene is gone. A smaller budget than five bytes a
+  /// triangle and a little more counts as that much. With 0 nothing is kept, and each call
+  /// partitions anew, as published; so does each call with a method other than kNabata2013.
   uint64_t budget = kDefaultBudget;
 };
 

@@ -43,16 +43,16 @@ struct TimeRange {
   float end = 1;
 };
 
-/// The transform at `time`. `steps` must not be empty. Outside of the range, of which a single step
-/// knows nothing, the first or last segment goes on.
+/// The transform at `time`. `steps` must not be empty. Outside of the range the first or last
+/// segment goes on; a single step has no range.
 DACRT_API AffineTransform TransformAt(std::span<const TransformStep> steps, TimeRange range,
                                       float time);
 
-/// The way back. A transform that is not invertible gives numbers that are not finite.
+/// The inverse. A transform that is not invertible gives numbers that are not finite.
 DACRT_API AffineTransform Inverse(const AffineTransform& transform);
 
-/// The number by which a transform multiplies distances; 0 if that depends on the direction, so
-/// that their squares differ by more than a hundred-thousandth.
+/// The number by which a transform multiplies distances; 0 if that depends on the direction: if
+/// their squares differ by more than a hundred-thousandth.
 DACRT_API float SimilarityScale(const AffineTransform& transform);
 
 }  // namespace dacrt

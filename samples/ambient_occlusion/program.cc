@@ -1,5 +1,7 @@
 #include "ambient_occlusion/program.h"
 
+#include <CLI/CLI.hpp>
+
 #include <cstdio>
 #include <exception>
 #include <new>

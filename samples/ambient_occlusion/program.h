@@ -1,9 +1,12 @@
 // What the programs have around their work: a command line, and one line where they fail.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <functional>
+
+// Whoever adds options includes CLI11, which takes seconds to compile.
+namespace CLI {
+class App;
+}
 
 namespace ao {
 

@@ -9,7 +9,7 @@
 namespace dacrt {
 
 struct CallPlan {
-  /// For `rays` rays where `threads` threads are to be had.
+  /// For `rays` rays where `threads` threads are free.
   CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings);
 
   /// The next best plan for less memory: fewer threads, then smaller pieces. False if there is

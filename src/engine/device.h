@@ -22,7 +22,7 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
   bool Keeps() const;
   std::size_t BudgetBytes(std::size_t triangles, Keep keep) const;
 
-  /// What splitting a scene of so many triangles takes beside the workspaces.
+  /// What splitting a scene of that many triangles takes besides the workspaces.
   std::size_t GridBytes(std::size_t triangles) const;
 
   /// What a call needs on each thread, and what is reserved when a scene is made.

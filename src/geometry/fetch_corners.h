@@ -1,4 +1,4 @@
-// What is read of triangles soon is fetched before.
+// Fetches what will soon be read of triangles.
 #pragma once
 
 #include <hwy/cache_control.h>

@@ -21,7 +21,7 @@ struct Candidate {
   uint32_t primitive_id;
 };
 
-/// Whether a ray may meet a mesh, by its mask.
+/// Whether a ray may meet a geometry, by its mask.
 inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t mesh) {
   return !task.checks_masks || (ray.mask & task.scene.meshes[mesh].mask) != 0;
 }
@@ -43,7 +43,7 @@ inline Closeness Compare(const RayRecord& ray, float key, bool within_limit) {
                      ray.state & RayRecord::kHasHit);
 }
 
-/// Says that the ray has a hit at `key` now; which, is left to say.
+/// Says that the ray now has a hit at `key`; the caller says which.
 inline void SetHit(RayRecord& ray, float key, uint32_t flags, uint32_t hit) {
   // Only a hit that lowers the distance is known to lie within the ray's own tfar.
   const uint32_t at_limit = key < ray.tfar ? 0 : ray.state & RayRecord::kAtLimit;

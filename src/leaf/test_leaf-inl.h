@@ -1,4 +1,4 @@
-// The leaf test: a list of rays against a leaf of whatever kind.
+// The leaf test: a list of rays against a leaf of any kind.
 
 #if defined(DACRT_LEAF_TEST_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_LEAF_TEST_LEAF_INL_H_

@@ -8,9 +8,6 @@
 namespace dacrt::mpi {
 namespace {
 
-/// How often the system is asked which processes are there.
-constexpr double kLookSeconds = 0.02;
-
 std::string Seconds(double seconds) {
   std::string text = std::to_string(seconds);
   text.erase(text.find_last_not_of('0') + 1);

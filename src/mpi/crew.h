@@ -48,10 +48,10 @@ class Crew {
   /// From now on nothing is sent to `rank` or taken from it.
   void Lose(int rank, Loss loss, const std::string& reason);
 
-  /// Tells the workers that it is enough. There are none afterwards.
+  /// Tells the workers to stop. There are none afterwards.
   void Stop();
 
-  /// Says that `rank` owes an answer since now, or that it has given one.
+  /// Notes that `rank` owes an answer from now on, or that it has given one.
   void SetOwing(int rank, bool owes);
 
   /// Loses workers that owe an answer for too long, and those that have ended.

@@ -16,8 +16,7 @@
 namespace dacrt::mpi {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-/// Hits that come home are kept in blocks of so many: one array of all would be copied as it grows.
+/// Hits that come home are kept in blocks of this many: one array would be copied as it grows.
 constexpr std::size_t kHitsTogether = 8192;
 constexpr HitRecord kNoHit{0, {0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX};
 

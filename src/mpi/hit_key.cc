@@ -10,9 +10,7 @@
 namespace dacrt::mpi {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// A ray of which is asked whether it hits something up to `tfar`.
+/// A ray, and the question whether it hits something up to `tfar`.
 struct Probe {
   float org[3], dir[3];
   float tnear, tfar;

@@ -9,11 +9,9 @@
 namespace dacrt::mpi {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 /// By how much the engine's distance to a box may differ from the true one, in parts of it and of
 /// what it is computed from: a few roundings to single precision, generously.
-constexpr double kSlack = 0x1p-19;
+constexpr double kEntrySlack = 0x1p-19;
 
 }  // namespace
 
@@ -51,7 +49,7 @@ float KeyBounds::MostOf(const TravellingRay& ray, const HitRecord& hit) const {
     const double entry = ((dir > 0 ? low : high) - org) / dir;
     const double size = std::max(
         {std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)), std::abs(org)});
-    most = std::max(most, entry + kSlack * (std::abs(entry) + size / std::abs(dir)));
+    most = std::max(most, entry + kEntrySlack * (std::abs(entry) + size / std::abs(dir)));
   }
   return std::nextafter(static_cast<float>(most), kInfinity);
 }

@@ -1,4 +1,4 @@
-// All that is sent and received. The only place, beside the module's start and end, that calls MPI.
+// All that is sent and received. Nothing else calls MPI, except the start and end of the module.
 #pragma once
 
 #include <mpi.h>

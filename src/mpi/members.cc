@@ -6,12 +6,6 @@
 #include "wire.h"
 
 namespace dacrt::mpi {
-namespace {
-
-/// How often the system is asked which processes are there.
-constexpr double kLookSeconds = 0.02;
-
-}  // namespace
 
 Members::Members(MPI_Comm communicator, const Options& options)
     : timeout_seconds_(options.timeout_seconds),

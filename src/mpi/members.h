@@ -61,7 +61,7 @@ class Members {
   bool IsBarrierDone();
 
   /// Within Together, often: shows the others that this rank is there. Throws Fault if one of them
-  /// has ended, has not been heard of for too long, or has ended the group.
+  /// has ended, has not been heard from for too long, or has ended the group.
   void Watch();
 
   /// Notes that something came from `rank`.

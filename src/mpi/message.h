@@ -12,7 +12,7 @@
 
 namespace dacrt::mpi {
 
-/// A message is shorter than what it says that it holds.
+/// A message is shorter than it says.
 class CutMessage : public std::runtime_error {
  public:
   CutMessage() : std::runtime_error("a message was cut") {}
@@ -41,7 +41,7 @@ class Message {
     return data_.get() + size_ - bytes;
   }
 
-  /// Gives up all behind the first `bytes`.
+  /// Drops all but the first `bytes`.
   void Shrink(std::size_t bytes) { size_ = bytes; }
 
   Message Copy() const {

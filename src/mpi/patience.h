@@ -14,6 +14,9 @@ inline double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// How often the system is asked which processes are there.
+inline constexpr double kLookSeconds = 0.02;
+
 /// Lets others have the processor while there is nothing to do.
 class Idle {
  public:

@@ -14,6 +14,8 @@
 
 namespace dacrt::mpi {
 
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
 /// A ray, whose it is, and the closest hit that it carries.
 struct TravellingRay {
   float org[3], dir[3];
@@ -22,8 +24,8 @@ struct TravellingRay {
   uint32_t index;  ///< in that rank's call
   uint32_t mask = UINT32_MAX;
   float time = 0;
-  uint32_t id = UINT32_MAX, flags = UINT32_MAX;        ///< for callbacks
-  float key = std::numeric_limits<float>::infinity();  ///< of the hit, see hit_key.h
+  uint32_t id = UINT32_MAX, flags = UINT32_MAX;  ///< for callbacks
+  float key = kInfinity;                         ///< of the hit, see hit_key.h
   HitRecord hit{0, {0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX};
 
   bool has_hit() const { return hit.primitive_id != UINT32_MAX; }

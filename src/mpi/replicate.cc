@@ -21,7 +21,7 @@ constexpr std::size_t kPartBytes = 8u << 20;
 /// Pieces on their way to one worker or back: one that it traces, one that it finds next.
 constexpr int kPiecesAhead = 2;
 
-/// A worker that gets less is not traced at full speed.
+/// A worker that gets fewer rays does not trace at full speed.
 constexpr std::size_t kLeastPiece = 4096;
 
 class ReplicatedGroup : public Group, public std::enable_shared_from_this<ReplicatedGroup> {

@@ -15,7 +15,7 @@ struct RouteRay {
 
 /// There is no rank where the ray may still hit something.
 inline constexpr int kNowhere = -1;
-/// In the place of the last rank: the ray was nowhere yet.
+/// In the place of the last rank: the ray has been nowhere yet.
 inline constexpr int kNew = -1;
 
 /// The rank that a ray of rank `home` visits after `last`: of those whose bounds it enters within

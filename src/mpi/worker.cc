@@ -30,7 +30,7 @@ class Worker {
     if (!own_refusal.empty()) throw Fault(own_refusal);
   }
 
-  /// Until rank 0 says that it is enough.
+  /// Until rank 0 tells it to stop.
   Ending Run() {
     for (bool has_failed = false;;) {
       const Message message = WaitFor(kTagCommand, /*timeout_seconds=*/0);

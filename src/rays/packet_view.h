@@ -1,4 +1,4 @@
-// A packet as a view of rays, for those who do not care which it is.
+// A packet as a view of rays, for code that does not care which it is.
 #pragma once
 
 #include "dacrt/ray_view.h"

@@ -14,8 +14,8 @@ class SplitMemory {
   explicit SplitMemory(SubsetScratch& own) : scratch_(&own) {}
   explicit SplitMemory(WorkspacePool& pool) : pool_(&pool) {}
 
-  /// The scratch, for as long as this lives. There is none if it is in use already, or if memory
-  /// cannot be had.
+  /// The scratch, for as long as this lives. There is none if it is in use already, or if there
+  /// is no memory.
   class Use {
    public:
     explicit Use(SplitMemory& memory) : memory_(memory), scratch_(memory.Take()) {}

@@ -149,8 +149,8 @@ class WorkspacePool {
     std::unique_ptr<Workspace> workspace_;
   };
 
-  /// Sees to it that there is a workspace for `shape`, which calls find when no more memory can be
-  /// had. Throws std::bad_alloc.
+  /// Sees to it that there is a workspace for `shape`, which calls find when there is no more
+  /// memory. Throws std::bad_alloc.
   void KeepFloor(const WorkspaceShape& shape);
 
   std::size_t BytesHeld() const;

@@ -180,11 +180,11 @@ Calls PropertyCalls() {
                        s.api.rtcSetGeometryTimeStepCount(g, count);
                      }});
   }
-  for (const auto& [start, end] :
-       {std::pair{0.0f, 1.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {kNan, 1.0f}}) {
-    calls.push_back(
-        {"rtcSetGeometryTimeRange " + Text(start) + " " + Text(end),
-         [=](Session& s, RTCGeometry g) { s.api.rtcSetGeometryTimeRange(g, start, end); }});
+  for (const auto& range : {std::pair{0.0f, 1.0f}, {1.0f, 0.0f}, {1.0f, 1.0f}, {kNan, 1.0f}}) {
+    calls.push_back({"rtcSetGeometryTimeRange " + Text(range.first) + " " + Text(range.second),
+                     [=](Session& s, RTCGeometry g) {
+                       s.api.rtcSetGeometryTimeRange(g, range.first, range.second);
+                     }});
   }
   for (const unsigned int count : {0u, 1u, 16u}) {
     calls.push_back(

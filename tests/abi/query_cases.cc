@@ -21,81 +21,63 @@ struct QueryFunction {
   bool is_packet = false;
 };
 
+// One body for each form, over the functions of both queries and their structures.
+
+template <auto kFunction, class Rays>
+void CallSingle(const Api& api, const int*, RTCScene scene, RTCIntersectContext* context,
+                void* rays) {
+  (api.*kFunction)(scene, context, static_cast<Rays*>(rays));
+}
+
+template <auto kFunction, class Rays>
+void CallPacket(const Api& api, const int* valid, RTCScene scene, RTCIntersectContext* context,
+                void* rays) {
+  (api.*kFunction)(valid, scene, context, static_cast<Rays*>(rays));
+}
+
+template <auto kFunction, class Rays>
+void CallRecords(const Api& api, const int*, RTCScene scene, RTCIntersectContext* context,
+                 void* rays) {
+  (api.*kFunction)(scene, context, static_cast<Rays*>(rays), 1, sizeof(Rays));
+}
+
+template <auto kFunction, class Rays>
+void CallPointers(const Api& api, const int*, RTCScene scene, RTCIntersectContext* context,
+                  void* rays) {
+  auto* pointer = static_cast<Rays*>(rays);
+  (api.*kFunction)(scene, context, rays ? &pointer : nullptr, 1);
+}
+
+template <auto kFunction, class Rays, class Record>
+void CallPackets(const Api& api, const int*, RTCScene scene, RTCIntersectContext* context,
+                 void* rays) {
+  (api.*kFunction)(scene, context, static_cast<Rays*>(rays), 1, 1, sizeof(Record));
+}
+
+template <auto kFunction, class Pointers>
+void CallArrays(const Api& api, const int*, RTCScene scene, RTCIntersectContext* context,
+                void* rays) {
+  const auto pointers = PointersTo<Pointers>(rays);
+  (api.*kFunction)(scene, context, rays ? &pointers : nullptr, 1);
+}
+
 const QueryFunction kQueryFunctions[] = {
-    {"rtcIntersect1",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcIntersect1(scene, context, static_cast<RTCRayHit*>(rays));
-     }},
-    {"rtcIntersect4",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcIntersect4(valid, scene, context, static_cast<RTCRayHit4*>(rays));
-     },
-     true},
-    {"rtcIntersect8",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcIntersect8(valid, scene, context, static_cast<RTCRayHit8*>(rays));
-     },
-     true},
-    {"rtcIntersect16",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcIntersect16(valid, scene, context, static_cast<RTCRayHit16*>(rays));
-     },
-     true},
-    {"rtcIntersect1M",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcIntersect1M(scene, context, static_cast<RTCRayHit*>(rays), 1, sizeof(RTCRayHit));
-     }},
-    {"rtcIntersect1Mp",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       auto* pointer = static_cast<RTCRayHit*>(rays);
-       api.rtcIntersect1Mp(scene, context, rays ? &pointer : nullptr, 1);
-     }},
-    {"rtcIntersectNM",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcIntersectNM(scene, context, static_cast<RTCRayHitN*>(rays), 1, 1, sizeof(RTCRayHit));
-     }},
-    {"rtcIntersectNp",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       const auto pointers = PointersTo<RTCRayHitNp>(rays);
-       api.rtcIntersectNp(scene, context, rays ? &pointers : nullptr, 1);
-     }},
-    {"rtcOccluded1",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcOccluded1(scene, context, static_cast<RTCRay*>(rays));
-     }},
-    {"rtcOccluded4",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcOccluded4(valid, scene, context, static_cast<RTCRay4*>(rays));
-     },
-     true},
-    {"rtcOccluded8",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcOccluded8(valid, scene, context, static_cast<RTCRay8*>(rays));
-     },
-     true},
-    {"rtcOccluded16",
-     [](auto& api, auto valid, auto scene, auto context, void* rays) {
-       api.rtcOccluded16(valid, scene, context, static_cast<RTCRay16*>(rays));
-     },
-     true},
-    {"rtcOccluded1M",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcOccluded1M(scene, context, static_cast<RTCRay*>(rays), 1, sizeof(RTCRay));
-     }},
-    {"rtcOccluded1Mp",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       auto* pointer = static_cast<RTCRay*>(rays);
-       api.rtcOccluded1Mp(scene, context, rays ? &pointer : nullptr, 1);
-     }},
-    {"rtcOccludedNM",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       api.rtcOccludedNM(scene, context, static_cast<RTCRayN*>(rays), 1, 1, sizeof(RTCRay));
-     }},
-    {"rtcOccludedNp",
-     [](auto& api, auto, auto scene, auto context, void* rays) {
-       const auto pointers = PointersTo<RTCRayNp>(rays);
-       api.rtcOccludedNp(scene, context, rays ? &pointers : nullptr, 1);
-     }},
+    {"rtcIntersect1", CallSingle<&Api::rtcIntersect1, RTCRayHit>},
+    {"rtcIntersect4", CallPacket<&Api::rtcIntersect4, RTCRayHit4>, true},
+    {"rtcIntersect8", CallPacket<&Api::rtcIntersect8, RTCRayHit8>, true},
+    {"rtcIntersect16", CallPacket<&Api::rtcIntersect16, RTCRayHit16>, true},
+    {"rtcIntersect1M", CallRecords<&Api::rtcIntersect1M, RTCRayHit>},
+    {"rtcIntersect1Mp", CallPointers<&Api::rtcIntersect1Mp, RTCRayHit>},
+    {"rtcIntersectNM", CallPackets<&Api::rtcIntersectNM, RTCRayHitN, RTCRayHit>},
+    {"rtcIntersectNp", CallArrays<&Api::rtcIntersectNp, RTCRayHitNp>},
+    {"rtcOccluded1", CallSingle<&Api::rtcOccluded1, RTCRay>},
+    {"rtcOccluded4", CallPacket<&Api::rtcOccluded4, RTCRay4>, true},
+    {"rtcOccluded8", CallPacket<&Api::rtcOccluded8, RTCRay8>, true},
+    {"rtcOccluded16", CallPacket<&Api::rtcOccluded16, RTCRay16>, true},
+    {"rtcOccluded1M", CallRecords<&Api::rtcOccluded1M, RTCRay>},
+    {"rtcOccluded1Mp", CallPointers<&Api::rtcOccluded1Mp, RTCRay>},
+    {"rtcOccludedNM", CallPackets<&Api::rtcOccludedNM, RTCRayN, RTCRay>},
+    {"rtcOccludedNp", CallArrays<&Api::rtcOccludedNp, RTCRayNp>},
 };
 
 }  // namespace

@@ -192,7 +192,8 @@ TEST_F(FilteredUserGeometry, AsksTheContextsFilterToo) {
   const std::pair<Street*, Street*> streets[] = {
       {&real, &ours}, {&real_with_context_filter, &ours_with_context_filter}};
   for (const auto& [real_street, our_street] : streets) {
-    ForEachCall([&](const Form& form, Query query) {
+    ForEachCall([&, real_street = real_street, our_street = our_street](const Form& form,
+                                                                        Query query) {
       const Outcome expected = real_street->Trace(form, query, is_odd, is_second);
       const Outcome actual = our_street->Trace(form, query, is_odd, is_second);
       ExpectSameRays(actual.rays, expected.rays);

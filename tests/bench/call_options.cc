@@ -1,5 +1,7 @@
 #include "call_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include "command_line.h"
 #include "geometry_kind.h"
 #include "isa.h"

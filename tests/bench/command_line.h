@@ -1,10 +1,13 @@
 // A benchmark's command line.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 #include <vector>
+
+// Whoever adds options includes CLI11, which takes seconds to compile.
+namespace CLI {
+class App;
+}
 
 namespace dacrt::bench {
 

@@ -1,4 +1,6 @@
 // The reproduction of the paper: see --help.
+#include <nlohmann/json.hpp>
+
 #include <iostream>
 #include <string>
 #include <utility>

@@ -1,5 +1,7 @@
 #include "method_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include <set>
 #include <stdexcept>
 

@@ -1,5 +1,7 @@
 #include "output_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <fstream>
 #include <system_error>
 

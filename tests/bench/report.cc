@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <ostream>
-#include <ranges>
 #include <string_view>
 
 #include "format.h"
@@ -129,8 +128,9 @@ void PrintAblation(const std::vector<FrameResult>& frames, std::ostream& out) {
   for (std::size_t i = 1; i < methods.size(); ++i) {
     std::vector<std::string> row = {methods[i].name};
     for (const auto& of_kind : by_kind) row.push_back(Fixed(MeanRatio(of_kind, i), 3));
-    const auto ratio = [i](const FrameResult& frame) { return frame.Ratio(i, 0); };
-    const auto [least, most] = std::ranges::minmax(frames | std::views::transform(ratio));
+    std::vector<double> ratios;
+    for (const FrameResult& frame : frames) ratios.push_back(frame.Ratio(i, 0));
+    const auto [least, most] = std::ranges::minmax(ratios);
     row.push_back(Fixed(MeanRatio(frames, i), 3));
     row.push_back(Fixed(least, 3));
     row.push_back(Fixed(most, 3));

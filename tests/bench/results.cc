@@ -1,5 +1,7 @@
 #include "results.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 
 #include "paper.h"

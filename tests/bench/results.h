@@ -1,7 +1,7 @@
 // What a run of method_bench found, and its form as JSON.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

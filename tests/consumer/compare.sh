@@ -1,10 +1,11 @@
 #!/bin/sh
-# usage: compare.sh DACRT_COMPARE
+# usage: compare.sh DACRT_COMPARE MESH...
 #
-# dacrt-compare says of one of Debian's tutorial programs, unmodified, and of a mesh, whether to
-# switch.
+# dacrt-compare says of one of Debian's tutorial programs, unmodified, and of each mesh, a file or a
+# generated hall, whether to switch.
 set -eu
 compare=$1
+shift
 
 command -v viewer_stream >/dev/null || {
   echo "skipped: viewer_stream is missing (Debian: embree-tools)"
@@ -30,5 +31,7 @@ expect() {
 expect 'closest hit, streams to 64' ' 4 096' 'peak memory, MB' 'verdict: ' 'gains: ' 'loses: '
 [ -s picture.ppm ]
 
-"$compare" --repeat 1 --kind diffuse --rays 1 64K -- hall-75k >log
-expect 'hall-75k: ' 'commit, ms' 'first: Embree' 'verdict: ' 'gains: ' 'loses: '
+for mesh; do
+  "$compare" --repeat 1 --kind diffuse --rays 1 64K -- "$mesh" >log
+  expect "$mesh: " 'commit, ms' 'first: Embree' 'verdict: ' 'gains: ' 'loses: '
+done

@@ -7,7 +7,6 @@
 
 #include "bits.h"
 #include "contest.h"
-#include "player.h"
 #include "random.h"
 #include "worlds.h"
 
@@ -29,16 +28,6 @@ int Ranks() {
   int ranks;
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   return ranks;
-}
-
-std::vector<std::string> SceneNames() {
-  std::vector<std::string> names;
-  for (const SceneSource& source : AllScenes()) {
-    if (source.name != "terrain_white_mountains" && source.name != "country_kitchen") {
-      names.push_back(source.name);
-    }
-  }
-  return names;
 }
 
 /// Its meshes in several: runs of triangles, whose bounds overlap less the more local the mesh is.
@@ -126,26 +115,7 @@ class DividedWorldTest : public testing::TestWithParam<WorldShare> {};
 /// Every shape, moving and changing, with callbacks that run where their geometry is.
 TEST_P(DividedWorldTest, HasTheBitsOfOneProcess) {
   const EmbreeDevice one(DropIn(), kOne), several(DropIn(), kSeveral);
-  for (uint64_t seed = 1; seed <= 10; ++seed) {
-    SCOPED_TRACE(seed);
-    const World world = StreamWorld(seed, GetParam().features, 3000);
-    PlayedWorld one_world(one, world.scenes);
-    PlayedWorld several_world(several, PartOf(world.scenes, Rank(), Ranks()));
-    std::vector<WorldScene> scenes = world.scenes;
-    for (const Stage& stage : world.stages) {
-      one_world.Commit(stage.changes);
-      several_world.Commit(PartOf(stage.changes, scenes.size(), Rank(), Ranks()));
-      for (const Change& change : stage.changes) Apply(change, scenes);
-      for (Batch batch : stage.batches) {
-        MakeRays(scenes, batch, seed * 100 + static_cast<uint64_t>(Rank()));
-        CallContext one_call = MakeContext(batch.context_filter);
-        CallContext several_call = MakeContext(batch.context_filter);
-        ExpectSame(batch.rays, one_world.Trace(batch, batch.rays, one_call),
-                   several_world.Trace(batch, batch.rays, several_call));
-      }
-    }
-  }
-  several.CheckErrors();
+  ExpectSameWorlds(one, several, GetParam(), 10, Rank(), Ranks());
 }
 
 INSTANTIATE_TEST_SUITE_P(, DividedWorldTest, testing::ValuesIn(kWorldShares),

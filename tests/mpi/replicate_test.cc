@@ -4,7 +4,6 @@
 
 #include "bits.h"
 #include "contest.h"
-#include "player.h"
 #include "random.h"
 #include "worlds.h"
 
@@ -14,17 +13,6 @@ namespace {
 constexpr char kOne[] = "threads=1,dacrt_mpi=none";
 constexpr char kSeveral[] =
     "threads=1,dacrt_mpi=replicate,dacrt_mpi_least_rays=1,dacrt_mpi_piece_rays=333";
-
-std::vector<std::string> SceneNames() {
-  std::vector<std::string> names;
-  for (const SceneSource& source : AllScenes()) {
-    // The large ones of the folder would only take time.
-    if (source.name != "terrain_white_mountains" && source.name != "country_kitchen") {
-      names.push_back(source.name);
-    }
-  }
-  return names;
-}
 
 TEST(Configs, ThatMeanNothingAreRefused) {
   for (const char* const config :
@@ -62,25 +50,7 @@ class ReplicatedWorldTest : public testing::TestWithParam<WorldShare> {};
 /// Every shape, moving and changing, instances, and scenes that stay on rank 0.
 TEST_P(ReplicatedWorldTest, HasTheBitsOfOneProcess) {
   const EmbreeDevice one(DropIn(), kOne), several(DropIn(), kSeveral);
-  for (uint64_t seed = 1; seed <= 15; ++seed) {
-    SCOPED_TRACE(seed);
-    const World world = StreamWorld(seed, GetParam().features, 3000);
-    PlayedWorld one_world(one, world.scenes), several_world(several, world.scenes);
-    std::vector<WorldScene> scenes = world.scenes;
-    for (const Stage& stage : world.stages) {
-      one_world.Commit(stage.changes);
-      several_world.Commit(stage.changes);
-      for (const Change& change : stage.changes) Apply(change, scenes);
-      for (Batch batch : stage.batches) {
-        MakeRays(scenes, batch, seed);
-        CallContext one_call = MakeContext(batch.context_filter);
-        CallContext several_call = MakeContext(batch.context_filter);
-        ExpectSame(batch.rays, one_world.Trace(batch, batch.rays, one_call),
-                   several_world.Trace(batch, batch.rays, several_call));
-      }
-    }
-  }
-  several.CheckErrors();
+  ExpectSameWorlds(one, several, GetParam(), 15, 0, 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(, ReplicatedWorldTest, testing::ValuesIn(kWorldShares),

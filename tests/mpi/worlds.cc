@@ -2,10 +2,14 @@
 
 #include <algorithm>
 
+#include "bits.h"
+#include "contest.h"
 #include "generator.h"
 #include "outline.h"
+#include "player.h"
 #include "random.h"
 #include "rays.h"
+#include "world.h"
 
 namespace dacrt::tests {
 namespace {
@@ -20,8 +24,8 @@ RayKind KindNamed(const std::string& name) {
                        [&](RayKind kind) { return name == Name(kind); });
 }
 
-}  // namespace
-
+/// A world without what decides where a batch is traced: the configuration of the drop-in, and
+/// forms that are no streams, which stay on their rank.
 World StreamWorld(uint64_t seed, const char* features, std::size_t rays) {
   World world = MakeWorld(seed, ParseFeatures(features), rays);
   world.drop_in_config.clear();
@@ -35,6 +39,7 @@ World StreamWorld(uint64_t seed, const char* features, std::size_t rays) {
   return world;
 }
 
+/// The part of a world that a rank has. The other geometries are there, but not attached.
 std::vector<WorldScene> PartOf(const std::vector<WorldScene>& scenes, int rank, int ranks) {
   std::vector<WorldScene> part = scenes;
   std::vector<WorldGeometry>& geometries = part.back().geometries;
@@ -44,6 +49,7 @@ std::vector<WorldScene> PartOf(const std::vector<WorldScene>& scenes, int rank, 
   return part;
 }
 
+/// `changes`, with which only that part is attached and detached. All ranks commit the same scenes.
 std::vector<Change> PartOf(const std::vector<Change>& changes, std::size_t scenes, int rank,
                            int ranks) {
   std::vector<Change> part;
@@ -57,6 +63,7 @@ std::vector<Change> PartOf(const std::vector<Change>& changes, std::size_t scene
   return part;
 }
 
+/// Fills in the rays of `batch`, aimed at `scenes` as they are now.
 void MakeRays(const std::vector<WorldScene>& scenes, Batch& batch, uint64_t seed) {
   const TestScene outline = Outline(scenes);
   // Rays that begin at hits begin somewhere else here, which does as well.
@@ -69,6 +76,42 @@ void MakeRays(const std::vector<WorldScene>& scenes, Batch& batch, uint64_t seed
     record.ray.time = random.Uniform();
     if (random.Chance(0.2f)) record.ray.mask = random.Bits();
   }
+}
+
+}  // namespace
+
+std::vector<std::string> SceneNames() {
+  std::vector<std::string> names;
+  for (const SceneSource& source : AllScenes()) {
+    if (source.name != "terrain_white_mountains" && source.name != "country_kitchen") {
+      names.push_back(source.name);
+    }
+  }
+  return names;
+}
+
+void ExpectSameWorlds(const EmbreeDevice& one, const EmbreeDevice& several, const WorldShare& share,
+                      uint64_t last, int rank, int ranks) {
+  for (uint64_t seed = 1; seed <= last; ++seed) {
+    SCOPED_TRACE(seed);
+    const World world = StreamWorld(seed, share.features, 3000);
+    PlayedWorld one_world(one, world.scenes);
+    PlayedWorld several_world(several, PartOf(world.scenes, rank, ranks));
+    std::vector<WorldScene> scenes = world.scenes;
+    for (const Stage& stage : world.stages) {
+      one_world.Commit(stage.changes);
+      several_world.Commit(PartOf(stage.changes, scenes.size(), rank, ranks));
+      for (const Change& change : stage.changes) Apply(change, scenes);
+      for (Batch batch : stage.batches) {
+        MakeRays(scenes, batch, seed * 100 + static_cast<uint64_t>(rank));
+        CallContext one_call = MakeContext(batch.context_filter);
+        CallContext several_call = MakeContext(batch.context_filter);
+        ExpectSame(batch.rays, one_world.Trace(batch, batch.rays, one_call),
+                   several_world.Trace(batch, batch.rays, several_call));
+      }
+    }
+  }
+  several.CheckErrors();
 }
 
 }  // namespace dacrt::tests

@@ -1,12 +1,16 @@
-// Random worlds of the differential tests, played for several ranks and for one process.
+// Scenes, and random worlds of the differential tests, for several ranks and for one process.
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "world.h"
+#include "embree_scene.h"
 
 namespace dacrt::tests {
+
+/// Of the scenes that all ranks can take: the large ones of the folder would only take time.
+std::vector<std::string> SceneNames();
 
 /// Kinds of worlds that are played.
 struct WorldShare {
@@ -19,19 +23,10 @@ inline constexpr WorldShare kWorldShares[] = {
     {"OfEverything", ""},
 };
 
-/// A world without what decides where a batch is traced: the configuration of the drop-in, and
-/// forms that are no streams, which stay on their rank.
-World StreamWorld(uint64_t seed, const char* features, std::size_t rays);
-
-/// The part of a world that rank `rank` of `ranks` has: every so many-th geometry of the top scene.
-/// The others are there, but not attached.
-std::vector<WorldScene> PartOf(const std::vector<WorldScene>& scenes, int rank, int ranks);
-
-/// `changes`, with which only that part is attached and detached. All ranks commit the same scenes.
-std::vector<Change> PartOf(const std::vector<Change>& changes, std::size_t scenes, int rank,
-                           int ranks);
-
-/// Fills in the rays of `batch`, aimed at `scenes` as they are now.
-void MakeRays(const std::vector<WorldScene>& scenes, Batch& batch, uint64_t seed);
+/// Plays worlds 1 to `last` on both devices, on `several` as rank `rank` of `ranks` ranks, each of
+/// which has every so many-th geometry of the top scene. Expects the same bits, for rays of the
+/// rank's own.
+void ExpectSameWorlds(const EmbreeDevice& one, const EmbreeDevice& several, const WorldShare& share,
+                      uint64_t last, int rank, int ranks);
 
 }  // namespace dacrt::tests

@@ -26,7 +26,8 @@ needs_of libdacrt0 | grep -q 'libtbb.*libhwy\|libhwy.*libtbb' || fail "libdacrt0
 needs_of libdacrt-dev | grep -q 'libdacrt0 (= ' || fail "libdacrt-dev takes any libdacrt0"
 
 for package in "$packages"/dacrt-embree3*.deb; do
-  package=$(basename "${package%%_*}")
+  package=$(basename "$package")
+  package=${package%%_*}
   files_of "$package" | grep '\.so' | grep -v '/dacrt-embree3/' &&
     fail "$package has a library in the linker's way"
 done
@@ -36,7 +37,8 @@ if [ -e "$packages"/dacrt-embree3_*.deb ]; then
 fi
 
 for package in "$packages"/*.deb; do
-  package=$(basename "${package%%_*}")
+  package=$(basename "$package")
+  package=${package%%_*}
   for program in $(files_of "$package" | sed -n 's|^/usr/bin/\(..*\)|\1|p'); do
     files_of "$package" | grep -q "/man1/$program\.1\.gz$" || fail "$program has no page"
   done

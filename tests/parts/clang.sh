@@ -14,7 +14,7 @@ fi
 rm -rf "$build"
 cmake -S "$source_dir" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_C_FLAGS=-Werror \
-  -DCMAKE_CXX_FLAGS="-march=native -DHWY_COMPILE_ONLY_STATIC -Werror" \
+  -DCMAKE_CXX_FLAGS="-march=native -DHWY_COMPILE_ONLY_STATIC -Werror" -DCMAKE_UNITY_BUILD=ON \
   -DDACRT_SAMPLES=OFF -DDACRT_BENCHMARKS=OFF -DDACRT_MPI=OFF -DBUILD_TESTING=OFF
 cmake --build "$build" --parallel 2
 "$source_dir/tests/consumer/tutorial.sh" "$build/compat/dacrt-run" 5 viewer_stream \

@@ -53,6 +53,38 @@ inline FullRay FullRayOf(const Ray& ray, float time = 0) {
   return full;
 }
 
+/// Rays of every kind, a part of them inactive or not numbers.
+inline std::vector<FullRay> RaysOfEveryKind(Random& random, std::size_t count) {
+  const float bad[] = {kNaN, kInfinity, -kInfinity};
+  std::vector<FullRay> rays;
+  for (std::size_t i = 0; i < count; ++i) {
+    Ray ray = MakeRay(random.InCube(-2, 2), random.Direction());
+    if (random.Below(2) == 0) ray.tnear = random.Uniform(-1, 1);
+    if (random.Below(3) == 0) ray.tfar = random.Uniform(0, 3);
+    if (random.Below(4) == 0) ray.dir[random.Below(3)] = random.Next() & 1 ? 0.0f : -0.0f;
+    ray.mask = static_cast<uint32_t>(random.Next()) | 0x100;
+    switch (random.Below(16)) {
+      case 0:
+        ray.tfar = bad[random.Below(3)];
+        break;
+      case 1:
+        ray.org[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 2:
+        ray.dir[random.Below(3)] = bad[random.Below(3)];
+        break;
+      case 3:
+        ray.tnear = bad[random.Below(3)];
+        break;
+      case 4:
+        ray.mask = 0;
+        break;
+    }
+    rays.push_back(FullRayOf(ray, random.Uniform(0, 1)));
+  }
+  return rays;
+}
+
 /// How rays lie in memory: packets of some lanes, side by side or known by pointers; or an array for
 /// each component.
 struct Form {

@@ -22,41 +22,8 @@ namespace {
 using unit::FormedRays;
 using unit::FullRay;
 using unit::kInfinity;
-using unit::kNaN;
 using unit::Random;
-using unit::Ray;
-
-/// Rays of every kind, a part of them inactive.
-std::vector<FullRay> RandomRays(Random& random, size_t count) {
-  std::vector<FullRay> rays;
-  const float bad[] = {kNaN, kInfinity, -kInfinity};
-  for (size_t i = 0; i < count; ++i) {
-    Ray ray = unit::MakeRay(random.InCube(-2, 2), random.Direction());
-    ray.tnear = random.Uniform(-1, 1);
-    if (random.Below(3) == 0) ray.tfar = random.Uniform(0, 3);
-    if (random.Below(4) == 0) ray.dir[random.Below(3)] = random.Next() & 1 ? 0.0f : -0.0f;
-    ray.mask = static_cast<uint32_t>(random.Next()) | 0x100;
-    switch (random.Below(16)) {
-      case 0:
-        ray.tfar = bad[random.Below(3)];
-        break;
-      case 1:
-        ray.org[random.Below(3)] = bad[random.Below(3)];
-        break;
-      case 2:
-        ray.dir[random.Below(3)] = bad[random.Below(3)];
-        break;
-      case 3:
-        ray.tnear = bad[random.Below(3)];
-        break;
-      case 4:
-        ray.mask = 0;
-        break;
-    }
-    rays.push_back(unit::FullRayOf(ray));
-  }
-  return rays;
-}
+using unit::RaysOfEveryKind;
 
 /// The lanes hold what the engine's records of the same rays hold.
 void ExpectLanes(const GroupLanes& group, uint32_t active, uint32_t valid, const RayView& view,
@@ -88,7 +55,7 @@ void PacketsAreLoadedAsTheirViewIs() {
   Random random(1);
   for (int round = 0; round < 50; ++round) {
     for (uint32_t lanes = 1; lanes <= kGroupRays; ++lanes) {
-      const auto rays = RandomRays(random, lanes);
+      const auto rays = RaysOfEveryKind(random, lanes);
       FormedRays formed(rays, {lanes, false, false});
       int32_t valid[kGroupRays];
       uint32_t valid_bits = 0;
@@ -113,7 +80,7 @@ void PacketsAreLoadedAsTheirViewIs() {
 void RaysOfViewsAreLoaded() {
   Random random(2);
   for (const unit::Form& form : unit::AllForms()) {
-    const auto rays = RandomRays(random, 40);
+    const auto rays = RaysOfEveryKind(random, 40);
     FormedRays formed(rays, form);
     const RayView view = formed.View();
     for (size_t count = 1; count <= kGroupRays; ++count) {
@@ -130,7 +97,7 @@ void RaysOfViewsAreLoaded() {
 void LanesOfAnOctant() {
   Random random(3);
   for (int round = 0; round < 200; ++round) {
-    const auto rays = RandomRays(random, kGroupRays);
+    const auto rays = RaysOfEveryKind(random, kGroupRays);
     FormedRays formed(rays, {1, false, false});
     GroupLanes group;
     const uint32_t active = group.LoadView(RecordLayout(formed.View()), 0, kGroupRays);
@@ -157,7 +124,7 @@ void BoundsAreThoseOfTheLanes() {
     GroupLanes group;
     const bool all = round % 4 == 0;
     for (float& value : group.t) {
-      value = !all && random.Below(8) == 0 ? kNaN : random.Uniform(-9, 9);
+      value = !all && random.Below(8) == 0 ? unit::kNaN : random.Uniform(-9, 9);
     }
     uint32_t lanes = 0;
     float least = kInfinity, largest = -kInfinity;

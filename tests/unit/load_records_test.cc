@@ -20,9 +20,9 @@ namespace {
 using unit::FormedRays;
 using unit::FullRay;
 using unit::kInfinity;
-using unit::kNaN;
 using unit::Random;
 using unit::Ray;
+using unit::RaysOfEveryKind;
 using enum PacketComponent;
 
 constexpr unit::Form kRecordForm = {1, false, false};
@@ -38,40 +38,6 @@ bool IsActiveRay(const FullRay& ray) {
 uint32_t OctantOf(const FullRay& ray) {
   return uint32_t{std::signbit(ray.Get(kDirX))} | uint32_t{std::signbit(ray.Get(kDirY))} << 1 |
          uint32_t{std::signbit(ray.Get(kDirZ))} << 2;
-}
-
-/// Rays of every kind, a part of them inactive.
-std::vector<FullRay> RandomRays(Random& random, size_t count) {
-  std::vector<FullRay> rays;
-  const float bad[] = {kNaN, kInfinity, -kInfinity};
-  for (size_t i = 0; i < count; ++i) {
-    Ray ray = unit::MakeRay(random.InCube(-2, 2), random.Direction());
-    if (random.Below(3) == 0) ray.tnear = random.Uniform(-1, 1);
-    if (random.Below(3) == 0) ray.tfar = random.Uniform(1, 3);
-    if (random.Below(4) == 0) ray.dir[random.Below(3)] = random.Next() & 1 ? 0.0f : -0.0f;
-    ray.mask = static_cast<uint32_t>(random.Next()) | 0x100;
-    switch (random.Below(12)) {
-      case 0:
-        ray.tfar = -1;
-        break;
-      case 1:
-        ray.org[random.Below(3)] = bad[random.Below(3)];
-        break;
-      case 2:
-        ray.dir[random.Below(3)] = bad[random.Below(3)];
-        break;
-      case 3:
-        (random.Next() & 1 ? ray.tnear : ray.tfar) = kNaN;
-        break;
-      case 4:
-        ray.mask = 0;
-        break;
-      default:
-        break;
-    }
-    rays.push_back(unit::FullRayOf(ray, random.Uniform(0, 1)));
-  }
-  return rays;
 }
 
 bool SameFloat(float a, float b) { return memcmp(&a, &b, sizeof(a)) == 0; }
@@ -133,7 +99,7 @@ void EveryFormIsReadAlike() {
   for (const unit::Form& form : unit::AllForms()) {
     for (size_t count : {1u, 2u, 3u, 15u, 16u, 17u, 70u, 500u}) {
       SCOPED_TRACE(form.Text() + ", " + std::to_string(count));
-      const auto rays = RandomRays(random, count);
+      const auto rays = RaysOfEveryKind(random, count);
       FormedRays formed(rays, form);
       ExpectLoaded(formed, rays, 0, count);
       ExpectLoaded(formed, rays, count / 3, count - count / 3);
@@ -149,7 +115,7 @@ void EveryFormIsReadAlike() {
 void AbsentComponentsHaveTheirDefaults() {
   Random random(2);
   for (const unit::Form& form : unit::AllForms()) {
-    auto rays = RandomRays(random, 90);
+    auto rays = RaysOfEveryKind(random, 90);
     FormedRays formed(rays, form);
     for (int absent = 0; absent < 8; ++absent) {
       RayView view = formed.View();
@@ -181,8 +147,8 @@ void AbsentComponentsHaveTheirDefaults() {
 // One component that stands elsewhere, all others in the order of PacketComponent.
 void ComponentsMayStandAnywhere() {
   Random random(5);
-  const auto rays = RandomRays(random, 40);
-  FormedRays formed(rays, kRecordForm), elsewhere(RandomRays(random, 40), kRecordForm);
+  const auto rays = RaysOfEveryKind(random, 40);
+  FormedRays formed(rays, kRecordForm), elsewhere(RaysOfEveryKind(random, 40), kRecordForm);
   const auto other = elsewhere.Rays();
   struct Place {
     RayView::Component RayView::*component;
@@ -249,7 +215,7 @@ void SumsThatOverflow() {
 void HitsGoToTheirRays() {
   Random random(4);
   for (const unit::Form& form : unit::AllForms()) {
-    const auto rays = RandomRays(random, 35);
+    const auto rays = RaysOfEveryKind(random, 35);
     FormedRays formed(rays, form);
     auto expected = rays;
     const RayView view = formed.View();

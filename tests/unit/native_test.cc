@@ -1,4 +1,4 @@
-// The API as a program meets it: own rays in any layout, own arrays, lambdas, progress, errors.
+// The API as a program meets it: own arrays, lambdas, progress, errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 
 #include "dacrt/callback_of.h"
 #include "dacrt/dacrt.h"
+#include "native_scene.h"
 #include "unit_test.h"
 
 namespace dacrt {
@@ -20,48 +21,6 @@ namespace {
 using unit::Float3;
 using unit::kInfinity;
 using unit::Random;
-
-bool SameBits(const RayHit& a, const RayHit& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
-
-std::vector<RayHit> MakeRayHits(uint64_t seed, std::size_t count) {
-  Random random(seed);
-  std::vector<RayHit> rays(count);
-  for (auto& [ray, hit] : rays) {
-    const Float3 org = random.InCube(-1, 1), dir = random.Direction();
-    std::ranges::copy(org, ray.org);
-    std::ranges::copy(dir, ray.dir);
-  }
-  return rays;
-}
-
-/// A soup of triangles, and what its rays should find.
-class NativeTest : public testing::Test {
- protected:
-  std::size_t CountHits(const std::vector<RayHit>& rays) const {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(rays, [](const RayHit& ray) { return bool(ray.hit); }));
-  }
-
-  void ExpectSame(const std::vector<RayHit>& rays) const {
-    ASSERT_EQ(rays.size(), found_.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(SameBits(rays[i], found_[i])) << i;
-  }
-
-  void SetUp() override {
-    Random random(1);
-    mesh_ = unit::MakeSoup(random, 500, 1, 0.4f);
-    scene_ = std::make_unique<Scene>(device_, Triangles(mesh_.vertices, mesh_.triangles, 7));
-    scene_->ClosestHits(found_);
-    ASSERT_GT(CountHits(found_), 300u);
-    ASSERT_LT(CountHits(found_), found_.size());
-  }
-
-  unit::Mesh mesh_;
-  const std::shared_ptr<Device> device_ = std::make_shared<Device>();
-  std::unique_ptr<Scene> scene_;
-  const std::vector<RayHit> rays_ = MakeRayHits(2, 1001);
-  std::vector<RayHit> found_ = rays_;
-};
 
 // What the header of the API shows.
 TEST(NativeExampleTest, TenLinesFindAHit) {
@@ -104,172 +63,6 @@ TEST_F(NativeTest, AnyHitsAreWrittenIntoTheRays) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     EXPECT_EQ(rays[i].IsOccluded(), bool(found_[i].hit));
   }
-}
-
-// -- Layouts --------------------------------------------------------------------------------------
-
-struct Vector {
-  float x, y, z;
-};
-
-/// As strange as it gets.
-struct Beam {
-  double power = 1;
-  int surface = -1;
-  Vector towards;
-  float t;
-  unsigned visible;
-  std::array<float, 4> from;
-  float ng[3];
-  char name[3];
-  float weights[2];
-  float start;
-  unsigned geometry;
-};
-
-Beam BeamOf(const RayHit& ray) {
-  Beam beam{};
-  beam.surface = static_cast<int>(ray.hit.primitive_id);
-  beam.towards = {ray.ray.dir[0], ray.ray.dir[1], ray.ray.dir[2]};
-  beam.t = ray.ray.tfar;
-  beam.visible = ray.ray.mask;
-  beam.from = {ray.ray.org[0], ray.ray.org[1], ray.ray.org[2], -7};
-  std::ranges::copy(ray.hit.ng, beam.ng);
-  beam.start = ray.ray.tnear;
-  beam.geometry = ray.hit.geometry_id;
-  return beam;
-}
-
-void ExpectBeam(const Beam& beam, const RayHit& ray) {
-  Beam expected = BeamOf(ray);
-  EXPECT_EQ(beam.t, expected.t);
-  EXPECT_EQ(beam.surface, expected.surface);
-  EXPECT_EQ(beam.geometry, expected.geometry);
-  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(beam.ng[axis], expected.ng[axis]);
-  EXPECT_EQ(beam.from, expected.from);
-  EXPECT_EQ(beam.power, 1);
-}
-
-template <class Builder>
-RayView BeamView(Builder builder) {
-  return builder.Origin(&Beam::from)
-      .Direction(&Beam::towards)
-      .Tnear(&Beam::start)
-      .Tfar(&Beam::t)
-      .Mask(&Beam::visible)
-      .Normal(&Beam::ng)
-      .PrimitiveId(&Beam::surface)
-      .GeometryId(&Beam::geometry);
-}
-
-TEST_F(NativeTest, ArraysOfStructsAndPointersToThem) {
-  std::vector<Beam> beams;
-  for (const RayHit& ray : rays_) beams.push_back(BeamOf(ray));
-  std::vector<Beam> others = beams;
-  scene_->Trace(Query::kClosest, BeamView(RaysIn(beams)));
-  std::vector<Beam*> pointers;
-  for (std::size_t i = others.size(); i-- > 0;) pointers.push_back(&others[i]);
-  scene_->Trace(Query::kClosest, BeamView(RaysIn(pointers)));
-  for (std::size_t i = 0; i < beams.size(); ++i) {
-    ExpectBeam(beams[i], found_[i]);
-    ExpectBeam(others[i], found_[i]);
-  }
-  std::vector<Beam> none;
-  EXPECT_NO_THROW(scene_->Trace(Query::kClosest, BeamView(RaysIn(none))));
-  EXPECT_EQ(BeamView(RaysIn(std::span(beams).first(3))).count, 3u);
-}
-
-TEST_F(NativeTest, StructuresOfArrays) {
-  std::vector<std::vector<float>> floats(9);
-  std::vector<uint32_t> primitives(rays_.size(), Hit::kNone);
-  for (const RayHit& ray : rays_) {
-    for (int axis = 0; axis < 3; ++axis) {
-      floats[axis].push_back(ray.ray.org[axis]);
-      floats[3 + axis].push_back(ray.ray.dir[axis]);
-    }
-    floats[6].push_back(ray.ray.tfar);
-    floats[7].push_back(0);
-    floats[8].push_back(0);
-  }
-  const std::vector<std::vector<float>>& read = floats;  // what is read only may be const
-  const float* none = nullptr;
-  scene_->Trace(Query::kClosest, RaysInArrays(rays_.size())
-                                     .Origin(read[0].data(), read[1].data(), read[2].data())
-                                     .Direction(read[3].data(), read[4].data(), read[5].data())
-                                     .Tnear(none)
-                                     .Tfar(floats[6].data())
-                                     .Uv(floats[7].data(), floats[8].data())
-                                     .PrimitiveId(primitives.data()));
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
-    EXPECT_EQ(floats[6][i], found_[i].ray.tfar);
-    EXPECT_EQ(floats[7][i], found_[i].hit.u);
-    EXPECT_EQ(floats[8][i], found_[i].hit.v);
-    EXPECT_EQ(primitives[i], found_[i].hit.primitive_id);
-  }
-}
-
-// A matrix with a row for each ray, as Python's libraries have them.
-TEST_F(NativeTest, RowsOfAMatrix) {
-  constexpr std::size_t kColumns = 7;
-  std::vector<float> rows;
-  for (const RayHit& ray : rays_) {
-    rows.insert(rows.end(), std::begin(ray.ray.org), std::end(ray.ray.org));
-    rows.insert(rows.end(), std::begin(ray.ray.dir), std::end(ray.ray.dir));
-    rows.push_back(ray.ray.tfar);
-  }
-  scene_->Trace(Query::kClosest, RaysInArrays(rays_.size(), kColumns * sizeof(float))
-                                     .Origin(rows.data())
-                                     .Direction(rows.data() + 3)
-                                     .Tfar(rows.data() + 6));
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
-    EXPECT_EQ(rows[i * kColumns + 6], found_[i].ray.tfar);
-  }
-}
-
-struct Eight {
-  float x[8], y[8], z[8];
-  float t[8];
-  float dx[8], dy[8], dz[8];
-  unsigned primitive[8];
-  double unused[8];
-};
-
-TEST_F(NativeTest, InterleavedPackets) {
-  std::vector<Eight> packets((rays_.size() + 7) / 8);
-  std::memset(packets.data(), 0xFF, packets.size() * sizeof(Eight));  // not numbers where no ray is
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
-    Eight& packet = packets[i / 8];
-    const Ray& ray = rays_[i].ray;
-    packet.x[i % 8] = ray.org[0];
-    packet.y[i % 8] = ray.org[1];
-    packet.z[i % 8] = ray.org[2];
-    packet.dx[i % 8] = ray.dir[0];
-    packet.dy[i % 8] = ray.dir[1];
-    packet.dz[i % 8] = ray.dir[2];
-    packet.t[i % 8] = ray.tfar;
-  }
-  const RayView view = RaysIn(packets)
-                           .Origin(&Eight::x, &Eight::y, &Eight::z)
-                           .Direction(&Eight::dx, &Eight::dy, &Eight::dz)
-                           .Tfar(&Eight::t)
-                           .PrimitiveId(&Eight::primitive)
-                           .Count(rays_.size());
-  EXPECT_EQ(view.lanes, 8u);
-  EXPECT_EQ(RayView(RaysIn(packets).Tfar(&Eight::t)).count, packets.size() * 8);
-  const Statistics statistics = scene_->Trace(Query::kClosest, view);
-  EXPECT_EQ(statistics.rays, rays_.size());
-  for (std::size_t i = 0; i < rays_.size(); ++i) {
-    EXPECT_EQ(packets[i / 8].t[i % 8], found_[i].ray.tfar);
-    EXPECT_EQ(packets[i / 8].primitive[i % 8], found_[i].hit.primitive_id);
-  }
-}
-
-TEST_F(NativeTest, PacketsOfDifferentWidthsAreRefused) {
-  struct Uneven {
-    float x[8], y[8], z[8], t[4];
-  };
-  std::vector<Uneven> packets(1);
-  EXPECT_THROW(RaysIn(packets).Origin(&Uneven::x, &Uneven::y, &Uneven::z).Tfar(&Uneven::t), Error);
 }
 
 // -- Arrays of geometry ---------------------------------------------------------------------------

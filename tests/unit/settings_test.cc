@@ -140,7 +140,8 @@ TEST(SettingsTest, SwitchesTakeZeroAndOne) {
     SetByName(settings, name, "1");
     EXPECT_TRUE(settings.*member);
     for (const std::string value : {"", "2", "true", "01", " 1"}) {
-      const std::string message = MessageOf([&] { SetByName(settings, name, value); });
+      const std::string message =
+          MessageOf([&, &name = name] { SetByName(settings, name, value); });
       EXPECT_TRUE(Contains(message, name));
       EXPECT_TRUE(Contains(message, '"' + value + '"'));
       EXPECT_TRUE(Contains(message, "0 or 1"));

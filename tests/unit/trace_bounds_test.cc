@@ -6,34 +6,19 @@
 
 #include "trace_scene.h"
 
-namespace dacrt {
+namespace dacrt::unit {
 namespace {
-
-using unit::ExpectSameRays;
-using unit::Float3;
-using unit::kInfinity;
-using unit::kNaN;
-using unit::MakeMeshes;
-using unit::MakeMixedRays;
-using unit::Mesh;
-using unit::Random;
-using unit::Ray;
-using unit::TestScene;
-using unit::TraceTest;
-using unit::VariedSettings;
 
 class BoundedTraceTest : public TraceTest {};
 
-INSTANTIATE_TEST_SUITE_P(InstructionSets, BoundedTraceTest,
-                         testing::ValuesIn(AvailableInstructionSets()),
-                         [](const auto& info) { return std::string(Name(info.param)); });
+INSTANTIATE_ON_EACH_INSTRUCTION_SET(BoundedTraceTest);
 
 constexpr std::size_t kDeepest = 64 + 32;
 
 TEST_P(BoundedTraceTest, EmptyScene) {
   Random random(10);
   const TestScene scene({}, WithInstructionSet());
-  auto rays = unit::MakeRays(random, 100, 3);
+  auto rays = MakeRays(random, 100, 3);
   const auto before = rays;
   EXPECT_EQ(scene.Trace(rays).hits, 0u);
   ExpectSameRays(rays, before, "no triangles");
@@ -64,7 +49,7 @@ TEST_P(BoundedTraceTest, SingleTriangle) {
     Mesh mesh;
     mesh.Add({1, -1, -1}, {1, 1, -1}, {1, 0, 1});
     const TestScene scene({mesh}, WithInstructionSet(settings));
-    std::vector<Ray> rays(2000, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    std::vector<Ray> rays(2000, MakeRay({0, 0, 0}, {1, 0, 0}));
     EXPECT_EQ(scene.Trace(rays).hits, 2000u);
     for (const Ray& ray : rays) ASSERT_EQ(ray.tfar, 1);
   }
@@ -85,7 +70,7 @@ TEST_P(BoundedTraceTest, CoincidentCentroids) {
     settings.algorithm = algorithm;
     settings.budget = 0;
     const TestScene scene({mesh}, WithInstructionSet(settings));
-    auto rays = unit::MakeRays(random, 1500, 1);
+    auto rays = MakeRays(random, 1500, 1);
     const auto before = rays;
     const Statistics statistics = scene.Trace(rays);
     EXPECT_LE(statistics.max_depth, kDeepest);
@@ -104,7 +89,7 @@ TEST_P(BoundedTraceTest, IdenticalTriangles) {
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
   mesh.triangles.assign(20000, {0, 1, 2});
   const TestScene scene({mesh}, WithInstructionSet());
-  std::vector<Ray> rays(260, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+  std::vector<Ray> rays(260, MakeRay({0, 0, 0}, {1, 0, 0}));
   const Statistics statistics = scene.Trace(rays);
   EXPECT_EQ(statistics.hits, 260u);
   EXPECT_LE(statistics.max_depth, kDeepest);
@@ -127,7 +112,7 @@ TEST_P(BoundedTraceTest, GeometricSeries) {
     Settings settings;
     settings.algorithm = algorithm;
     const TestScene scene({mesh}, WithInstructionSet(settings));
-    std::vector<Ray> rays(1100, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    std::vector<Ray> rays(1100, MakeRay({0, 0, 0}, {1, 0, 0}));
     const Statistics statistics = scene.Trace(rays);
     EXPECT_EQ(statistics.hits, 1100u);
     EXPECT_LE(statistics.max_depth, kDeepest);
@@ -150,7 +135,7 @@ TEST_P(BoundedTraceTest, DepthIsBounded) {
     settings.bins = 2;
     settings.budget = 0;
     const TestScene scene({mesh}, WithInstructionSet(settings));
-    std::vector<Ray> rays(1100, unit::MakeRay({0, 0, 0}, {1, 0, 0}));
+    std::vector<Ray> rays(1100, MakeRay({0, 0, 0}, {1, 0, 0}));
     const Statistics statistics = scene.Trace(rays);
     EXPECT_GT(statistics.max_depth, 64u);
     EXPECT_LE(statistics.max_depth, 64u + 12u) << "log2 of the number of triangles";
@@ -182,4 +167,4 @@ TEST_P(BoundedTraceTest, DegenerateAndSliverTriangles) {
 }
 
 }  // namespace
-}  // namespace dacrt
+}  // namespace dacrt::unit

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dacrt/dacrt.h"
+#include "instruction_sets.h"
 #include "partition/kept_partition.h"
 #include "unit_test.h"
 
@@ -205,12 +206,6 @@ inline std::vector<uint64_t> VariedBudgets(std::size_t triangles) {
   return {KeptPartition::LeastBytes(triangles), 5 * triangles, kDefaultBudget, kUnlimitedBudget};
 }
 
-class TraceTest : public testing::TestWithParam<InstructionSet> {
- protected:
-  Settings WithInstructionSet(Settings settings = {}) const {
-    settings.instruction_set = GetParam();
-    return settings;
-  }
-};
+class TraceTest : public OnEachInstructionSet {};
 
 }  // namespace dacrt::unit

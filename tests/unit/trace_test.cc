@@ -12,29 +12,10 @@
 #include "trace/policy.h"
 #include "trace_scene.h"
 
-namespace dacrt {
+namespace dacrt::unit {
 namespace {
 
-using unit::AimAsACamera;
-using unit::AimAsAFineCamera;
-using unit::ExpectBlockedWhereHit;
-using unit::ExpectSameRays;
-using unit::Float3;
-using unit::kInfinity;
-using unit::kNaN;
-using unit::MakeLargeMeshes;
-using unit::MakeMeshes;
-using unit::MakeMixedRays;
-using unit::Mesh;
-using unit::Random;
-using unit::Ray;
-using unit::TestScene;
-using unit::TraceTest;
-using unit::VariedBudgets;
-using unit::VariedSettings;
-
-INSTANTIATE_TEST_SUITE_P(InstructionSets, TraceTest, testing::ValuesIn(AvailableInstructionSets()),
-                         [](const auto& info) { return std::string(Name(info.param)); });
+INSTANTIATE_ON_EACH_INSTRUCTION_SET(TraceTest);
 
 // Against brute force in double precision: what is hit without doubt is found, what is reported is
 // a hit, and nothing clearly nearer exists.
@@ -42,7 +23,7 @@ TEST_P(TraceTest, FindsWhatBruteForceFinds) {
   Random random(1);
   for (const Settings& varied : {VariedSettings()[0], VariedSettings()[16], VariedSettings()[17],
                                  VariedSettings().back(), Settings()}) {
-    Mesh mesh = unit::MakeSoup(random, 500, 2, 0.5f);
+    Mesh mesh = MakeSoup(random, 500, 2, 0.5f);
     mesh.geometry_id = 3;
     const TestScene scene({mesh}, WithInstructionSet(varied));
     const auto before = MakeMixedRays(random, 600);
@@ -58,7 +39,7 @@ TEST_P(TraceTest, FindsWhatBruteForceFinds) {
       constexpr double kClear = 1e-3;
       double nearest = kInfinity;
       for (std::size_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
-        const unit::ExactHit exact = unit::IntersectExactly(ray, mesh, triangle);
+        const ExactHit exact = IntersectExactly(ray, mesh, triangle);
         if (exact.inside < kClear || exact.t < std::max(0.0, ray.tnear + kClear) ||
             exact.t > ray.tfar - kClear) {
           continue;
@@ -73,7 +54,7 @@ TEST_P(TraceTest, FindsWhatBruteForceFinds) {
       ++hits;
       ASSERT_EQ(after[i].geometry_id, 3u);
       ASSERT_LT(after[i].primitive_id, mesh.triangles.size());
-      const unit::ExactHit exact = unit::IntersectExactly(ray, mesh, after[i].primitive_id);
+      const ExactHit exact = IntersectExactly(ray, mesh, after[i].primitive_id);
       ASSERT_GT(exact.inside, -kClear) << "ray " << i;
       ASSERT_NEAR(after[i].u, exact.u, kClear);
       ASSERT_NEAR(after[i].v, exact.v, kClear);
@@ -119,7 +100,7 @@ TEST_P(TraceTest, RaysOfACameraAreFilteredInPackets) {
   std::vector<Ray> rays(1500);
   for (std::size_t i = 0; i < rays.size(); ++i) AimAsACamera(rays[i], i);
   EXPECT_GT(scene.Trace(rays).packet_tests, 0u);
-  rays = unit::MakeRays(random, 1500, 3);
+  rays = MakeRays(random, 1500, 3);
   EXPECT_EQ(scene.Trace(rays).packet_tests, 0u);
 }
 
@@ -199,13 +180,13 @@ TEST_P(TraceTest, OtherRaysOfTheBatchDoNotChangeABit) {
 // the partition happens to meet first.
 TEST_P(TraceTest, CoincidentTrianglesGiveTheSmallestName) {
   Random random(4);
-  Mesh soup = unit::MakeSoup(random, 200, 2, 0.5f), doubled;
+  Mesh soup = MakeSoup(random, 200, 2, 0.5f), doubled;
   for (std::size_t i = 200; i > 0; --i) {
     doubled.Add(soup.Corner(i - 1, 0), soup.Corner(i - 1, 1), soup.Corner(i - 1, 2));
   }
   soup.geometry_id = 8;
   doubled.geometry_id = 4;
-  const auto before = unit::MakeRays(random, 500, 3);
+  const auto before = MakeRays(random, 500, 3);
   const TestScene both({soup, doubled}, WithInstructionSet());
   const TestScene one({doubled}, WithInstructionSet());
   ExpectSameRays(both.Traced(before), one.Traced(before), "the later mesh");
@@ -227,13 +208,12 @@ TEST_P(TraceTest, SettingsDoNotChangeABitInScenesOfAnyScale) {
       for (float& x : p) x = x * scale.size + scale.offset;
       return p;
     };
-    std::vector<Mesh> meshes = {unit::MakeSoup(random, 400, 1, 0.5f)};
+    std::vector<Mesh> meshes = {MakeSoup(random, 400, 1, 0.5f)};
     for (Float3& vertex : meshes[0].vertices) vertex = place(vertex);
     std::vector<Ray> rays;
     for (int i = 0; i < 600; ++i) {
       const Float3 org = place(random.InCube(-2, 2)), target = place(random.InCube(-1, 1));
-      rays.push_back(
-          unit::MakeRay(org, {target[0] - org[0], target[1] - org[1], target[2] - org[2]}));
+      rays.push_back(MakeRay(org, {target[0] - org[0], target[1] - org[1], target[2] - org[2]}));
       if (i % 3 == 0) rays.back().tfar = random.Uniform(0.5f, 1.5f);
     }
     const auto expected = TestScene(meshes, WithInstructionSet()).Traced(rays);
@@ -253,12 +233,12 @@ TEST_P(TraceTest, RayMasks) {
   Random random(6);
   std::vector<Mesh> meshes;
   for (uint32_t id = 0; id < 4; ++id) {
-    meshes.push_back(unit::MakeSoup(random, 150, 2, 0.8f));
+    meshes.push_back(MakeSoup(random, 150, 2, 0.8f));
     meshes.back().geometry_id = id;
     meshes.back().mask = id == 3 ? 0 : 1u << id;
   }
   const TestScene all(meshes, WithInstructionSet());
-  auto before = unit::MakeRays(random, 800, 3);
+  auto before = MakeRays(random, 800, 3);
   for (Ray& ray : before) ray.mask = random.Below(8);
   const auto after = all.Traced(before);
   // A scene of the meshes that a mask lets through gives the same answer.
@@ -294,7 +274,7 @@ TEST_P(TraceTest, InstanceValueIsWrittenOnHits) {
 TEST_P(TraceTest, RaysThatAreNotNumbersHarmNoOther) {
   Random random(8);
   const TestScene scene(MakeMeshes(random), WithInstructionSet());
-  const auto good = unit::MakeRays(random, 400, 3);
+  const auto good = MakeRays(random, 400, 3);
   const auto expected = scene.Traced(good);
   auto mixed = good;
   const float bad[] = {kNaN, kInfinity, -kInfinity};
@@ -380,7 +360,7 @@ TEST_P(TraceTest, ShortCallsCountNothing) {
   Random random(22);
   const TestScene scene(MakeMeshes(random), WithInstructionSet());
   for (const std::size_t count : {std::size_t{1}, std::size_t{64}, policy::kShortCall}) {
-    auto rays = unit::MakeRays(random, count, 3);
+    auto rays = MakeRays(random, count, 3);
     const Statistics statistics = scene.Trace(rays);
     EXPECT_EQ(statistics.rays + statistics.hits + statistics.pieces + statistics.subproblems, 0u);
     if (count == policy::kShortCall) {
@@ -388,9 +368,9 @@ TEST_P(TraceTest, ShortCallsCountNothing) {
                 10);
     }
   }
-  auto rays = unit::MakeRays(random, policy::kShortCall + 1, 3);
+  auto rays = MakeRays(random, policy::kShortCall + 1, 3);
   EXPECT_EQ(scene.Trace(rays).rays, policy::kShortCall + 1);
 }
 
 }  // namespace
-}  // namespace dacrt
+}  // namespace dacrt::unit

@@ -176,6 +176,18 @@ uint64_t CountValid(const int* valid, int width) {
           (valid, scene, query, context, function, data), Kind::kPoint, Form::kPacket,  \
           CountValid(valid, lanes))
 
+// clang-format off: a line a function.
+#define EVERY_FORM(name, kind, Rays)     \
+  SINGLE(name##1, kind, Rays)            \
+  PACKET(name, kind, Rays, 4)            \
+  PACKET(name, kind, Rays, 8)            \
+  PACKET(name, kind, Rays, 16)           \
+  RECORDS(name##1M, kind, Rays)          \
+  ARRAY(name##1Mp, kind, Rays**)         \
+  ARRAY(name##Np, kind, const Rays##Np*) \
+  INTERLEAVED(name##NM, kind, Rays##N)
+// clang-format on
+
 }  // namespace
 
 extern "C" {
@@ -193,27 +205,11 @@ RTC_API RTCGeometry rtcNewGeometry(RTCDevice device, RTCGeometryType type) {
   return geometry;
 }
 
-// clang-format off: a line a function.
 COUNTED(void, rtcCommitScene, (RTCScene scene), (scene), Kind::kCommit, Form::kSingle, 0)
 COUNTED(void, rtcJoinCommitScene, (RTCScene scene), (scene), Kind::kCommit, Form::kSingle, 0)
 
-SINGLE(rtcIntersect1, Kind::kClosest, RTCRayHit)
-PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 4)
-PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 8)
-PACKET(rtcIntersect, Kind::kClosest, RTCRayHit, 16)
-RECORDS(rtcIntersect1M, Kind::kClosest, RTCRayHit)
-ARRAY(rtcIntersect1Mp, Kind::kClosest, RTCRayHit**)
-ARRAY(rtcIntersectNp, Kind::kClosest, const RTCRayHitNp*)
-INTERLEAVED(rtcIntersectNM, Kind::kClosest, RTCRayHitN)
-
-SINGLE(rtcOccluded1, Kind::kAny, RTCRay)
-PACKET(rtcOccluded, Kind::kAny, RTCRay, 4)
-PACKET(rtcOccluded, Kind::kAny, RTCRay, 8)
-PACKET(rtcOccluded, Kind::kAny, RTCRay, 16)
-RECORDS(rtcOccluded1M, Kind::kAny, RTCRay)
-ARRAY(rtcOccluded1Mp, Kind::kAny, RTCRay**)
-ARRAY(rtcOccludedNp, Kind::kAny, const RTCRayNp*)
-INTERLEAVED(rtcOccludedNM, Kind::kAny, RTCRayN)
+EVERY_FORM(rtcIntersect, Kind::kClosest, RTCRayHit)
+EVERY_FORM(rtcOccluded, Kind::kAny, RTCRay)
 
 COUNTED(bool, rtcPointQuery,
         (RTCScene scene, RTCPointQuery* query, RTCPointQueryContext* context,
@@ -222,6 +218,5 @@ COUNTED(bool, rtcPointQuery,
 POINTS(4)
 POINTS(8)
 POINTS(16)
-// clang-format on
 
 }  // extern "C"

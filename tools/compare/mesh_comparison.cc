@@ -1,5 +1,7 @@
 #include "mesh_comparison.h"
 
+#include <nlohmann/json.hpp>
+
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>

@@ -1,5 +1,6 @@
 #include "options.h"
 
+#include <CLI/CLI.hpp>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,7 +42,7 @@ A mesh is an OBJ, PLY, glTF or STL file, or a generated hall: hall-260k, hall-2m
 traced in this process by both libraries in turn; Embree is at its best for each line: of AVX2 and
 AVX-512, of its builders, of streams and single rays.
 
-A program is run on both libraries as it is, its output put away. Its calls are counted, and the time
+A program is run unchanged on both libraries, its output discarded. Its calls are counted, and the time
 in them, on all threads together. It must end by itself; interactive ones are ended by hand.
 
 Exit codes: 0 compared, 2 bad command line, 3 mesh cannot be read, 4 the libraries find different hits,

@@ -1,5 +1,7 @@
 #include "program_comparison.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>

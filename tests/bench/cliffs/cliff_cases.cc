@@ -17,8 +17,9 @@ void AddTriangle(CliffContent& content, Float3 a, Float3 b, Float3 c) {
 }
 
 /// Hills over the unit square: two triangles in each of side * side fields.
-CliffContent Hills(uint32_t side) {
+CliffContent Hills(RTCSceneFlags flags = RTC_SCENE_FLAG_NONE, uint32_t side = 300) {
   CliffContent content;
+  content.flags = flags;
   for (uint32_t y = 0; y <= side; ++y) {
     for (uint32_t x = 0; x <= side; ++x) {
       const float u = static_cast<float>(x) / static_cast<float>(side);
@@ -36,39 +37,19 @@ CliffContent Hills(uint32_t side) {
   return content;
 }
 
-CliffContent PlainHills() { return Hills(300); }
-
-CliffContent CompactHills() {
-  CliffContent content = Hills(300);
-  content.flags = RTC_SCENE_FLAG_COMPACT;
-  return content;
-}
-
-CliffContent RobustHills() {
-  CliffContent content = Hills(300);
-  content.flags = RTC_SCENE_FLAG_ROBUST;
-  return content;
-}
-
 CliffContent FilteredHills() {
-  CliffContent content = Hills(300);
+  CliffContent content = Hills();
   content.has_filter = true;
   return content;
 }
 
-CliffContent Instances() {
-  CliffContent content = Hills(4);
+CliffContent Instances(RTCSceneFlags flags = RTC_SCENE_FLAG_NONE) {
+  CliffContent content = Hills(flags, 4);
   for (Float3& vertex : content.vertices) vertex = 0.02f * vertex;
   Random random(1);
   for (int i = 0; i < 100'000; ++i) {
     content.instances.push_back({random.Uniform(), random.Uniform(), random.Uniform()});
   }
-  return content;
-}
-
-CliffContent CompactInstances() {
-  CliffContent content = Instances();
-  content.flags = RTC_SCENE_FLAG_COMPACT;
   return content;
 }
 
@@ -87,7 +68,7 @@ CliffContent Needles() {
 }
 
 CliffContent ClusterBesideHuge() {
-  CliffContent content = Hills(300);
+  CliffContent content = Hills();
   for (Float3& vertex : content.vertices) vertex = 1e-4f * vertex;
   AddTriangle(content, {-1, -1, 0.5f}, {2, -1, 0.5f}, {0.5f, 3, 0.5f});
   return content;
@@ -126,15 +107,16 @@ void Accept(const RTCFilterFunctionNArguments*) {}
 
 const std::vector<CliffCase>& CliffCases() {
   static const std::vector<CliffCase> cases = {
-      {"hills", "180,000 triangles: no cliff, for comparison", 0, PlainHills},
-      {"robust", "the hills in a ROBUST scene", 0, RobustHills},
+      {"hills", "180,000 triangles: no cliff, for comparison", 0, [] { return Hills(); }},
+      {"robust", "the hills in a ROBUST scene", 0, [] { return Hills(RTC_SCENE_FLAG_ROBUST); }},
       {"filter", "the hills with a filter function that accepts", 0, FilteredHills},
-      {"compact", "the hills in a COMPACT scene", 0, CompactHills},
-      {"budget-5", "the hills with 5 bytes a triangle", 5, PlainHills},
-      {"budget-4.3", "with 4.3", 4.3, PlainHills},
-      {"budget-4.1", "with 4.1", 4.1, PlainHills},
-      {"instances", "100,000 instances of 32 triangles, crowded", 0, Instances},
-      {"compact-instances", "the same of a COMPACT scene", 0, CompactInstances},
+      {"compact", "the hills in a COMPACT scene", 0, [] { return Hills(RTC_SCENE_FLAG_COMPACT); }},
+      {"budget-5", "the hills with 5 bytes a triangle", 5, [] { return Hills(); }},
+      {"budget-4.3", "with 4.3", 4.3, [] { return Hills(); }},
+      {"budget-4.1", "with 4.1", 4.1, [] { return Hills(); }},
+      {"instances", "100,000 instances of 32 triangles, crowded", 0, [] { return Instances(); }},
+      {"compact-instances", "the same of a COMPACT scene", 0,
+       [] { return Instances(RTC_SCENE_FLAG_COMPACT); }},
       {"needles", "20,000 triangles as long as the scene", 0, Needles},
       {"cluster", "the hills, 10,000 times smaller, beside one huge triangle", 0,
        ClusterBesideHuge},

@@ -135,8 +135,8 @@ std::vector<Cell> CellsOf(const std::vector<Block>& blocks) {
               }
     }
     std::ranges::sort(of_scene, {}, Rank);
-    const auto doubles = std::ranges::unique(of_scene);
-    cells.insert(cells.end(), of_scene.begin(), doubles.begin());
+    const auto doubles = std::unique(of_scene.begin(), of_scene.end());
+    cells.insert(cells.end(), of_scene.begin(), doubles);
   }
   return cells;
 }

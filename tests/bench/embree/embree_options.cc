@@ -1,5 +1,7 @@
 #include "embree_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include "batch_size.h"
 #include "bench_scene.h"
 #include "cell_list.h"

@@ -1,5 +1,7 @@
 #include "embree_results.h"
 
+#include <nlohmann/json.hpp>
+
 #include "format.h"
 #include "timing.h"
 

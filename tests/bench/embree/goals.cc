@@ -64,7 +64,9 @@ class Figures {
     for (const auto& [size, goal] :
          {std::pair("4K", 1.4), std::pair("1K", 1.15), std::pair("64", 0.9)}) {
       AtLeast(goal, std::string("steady, ") + size + " rays a call", kMean,
-              Steady([&](const Cell& cell) { return IsPlain(cell) && cell.size == size; }));
+              Steady([this, &size = size](const Cell& cell) {
+                return IsPlain(cell) && cell.size == size;
+              }));
     }
   }
 
@@ -92,7 +94,7 @@ class Figures {
   void OtherIsas() {
     for (const auto& [isa, goal] : {std::pair("avx2", 1.4), std::pair("sse4.2", 1.0)}) {
       AtLeast(goal, std::string(isa) + " against " + isa + ", from 64K rays", kMean,
-              Steady([&](const Cell& cell) {
+              Steady([&isa = isa](const Cell& cell) {
                 return IsOf(cell, "triangles", isa) && IsMainKind(cell) && IsPicture(cell);
               }));
     }

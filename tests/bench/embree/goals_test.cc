@@ -1,5 +1,6 @@
 // How a run is judged, and that its results survive the file.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>

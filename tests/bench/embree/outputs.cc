@@ -1,5 +1,7 @@
 #include "outputs.h"
 
+#include <CLI/CLI.hpp>
+
 namespace dacrt::bench {
 
 void AddOutputOptions(CLI::App& app, Outputs& outputs) {

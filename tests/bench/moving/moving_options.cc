@@ -1,5 +1,7 @@
 #include "moving_options.h"
 
+#include <CLI/CLI.hpp>
+
 #include "command_line.h"
 #include "moving_cells.h"
 #include "moving_content.h"

@@ -1,5 +1,7 @@
 #include "moving_results.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <iterator>
 

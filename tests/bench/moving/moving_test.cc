@@ -1,5 +1,6 @@
 // The parts of the comparison on scenes that change.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <memory>

@@ -3,6 +3,7 @@
 //
 //   mpirun -n 2 build/tests/bench/mpi_bench --mode replicate
 //   mpirun -n 2 build/tests/bench/mpi_bench --mode divide
+#include <CLI/CLI.hpp>
 #include <mpi.h>
 #include <time.h>
 #include <unistd.h>
