@@ -117,67 +117,94 @@ struct ChildPlanes {
   }
 };
 
-/// Sets the volumes of `node` to ones that hold `boxes`, widened. Unused children get volumes that
-/// are inside out.
-inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node) {
-  DACRT_ASSERT(count >= 1 && count <= WideNode::kWidth);
-  node.count = static_cast<uint8_t>(count);
-  const hn::RebindToSigned<EightTag> di;
-  const hn::Rebind<uint8_t, EightTag> d8;
-  for (int axis = 0; axis < 3; ++axis) {
-    HWY_ALIGN float lower[WideNode::kWidth], upper[WideNode::kWidth];
-    for (size_t i = 0; i < WideNode::kWidth; ++i) {
-      const Box& box = *boxes[i < count ? i : 0];
-      lower[i] = box.lower[axis];
-      upper[i] = box.upper[axis];
-    }
-    float origin = lower[0], end = upper[0];
-    for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
-      const auto low = WidenDown(hn::Load(kEightTag, lower + i));
-      const auto high = WidenUp(hn::Load(kEightTag, upper + i));
-      hn::Store(low, kEightTag, lower + i);
-      hn::Store(high, kEightTag, upper + i);
-      origin = HWY_MIN(origin, hn::GetLane(hn::MinOfLanes(kEightTag, low)));
-      end = HWY_MAX(end, hn::GetLane(hn::MaxOfLanes(kEightTag, high)));
-    }
-    // Planes stand off by more than what origin - org is rounded by.
-    const float margin = (end - origin) * kPlaneMargin;
-    origin = std::min(origin - margin, std::nextafter(origin, -std::numeric_limits<float>::max()));
-    const float extent = end - origin + margin;
-    uint16_t scale = UpperHalfNotBelow(extent / 255.0f);
-    // Of two numbers of eight bits the product is exact.
-    while (255.0f * FromUpperHalf(scale) < extent) ++scale;
-    node.origin[axis] = origin;
-    node.scale[axis] = scale;
-    const float step = FromUpperHalf(scale);
-    const auto v_step = hn::Set(kEightTag, step), v_origin = hn::Set(kEightTag, origin),
-               v_margin = hn::Set(kEightTag, margin),
-               v_inverse = hn::Set(kEightTag, step > 0 ? 1.0f / step : 0.0f);
-    const auto least = hn::Zero(di), most = hn::Set(di, 255), one = hn::Set(di, 1);
-    const auto offset = [&](hn::Vec<decltype(di)> steps)
-                            HWY_ATTR { return hn::Mul(hn::ConvertTo(kEightTag, steps), v_step); };
-    for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
-      const auto low = hn::Sub(hn::Sub(hn::Load(kEightTag, lower + i), v_origin), v_margin);
-      const auto high = hn::Add(hn::Sub(hn::Load(kEightTag, upper + i), v_origin), v_margin);
-      // Rounding may leave the guess a step inside the box on either side.
-      const auto guess = [&](EightPart face) HWY_ATTR {
-        return hn::Min(hn::Max(hn::ConvertTo(di, hn::Mul(face, v_inverse)), least), most);
-      };
-      auto down = guess(low), up = guess(high);
-      for (int round = 0; round < 2; ++round) {
-        const auto above = hn::RebindMask(di, hn::Gt(offset(down), low));
-        down = hn::Max(hn::IfThenElse(above, hn::Sub(down, one), down), least);
-        const auto below = hn::RebindMask(di, hn::Lt(offset(up), high));
-        up = hn::Min(hn::IfThenElse(below, hn::Add(up, one), up), most);
-      }
-      hn::StoreU(hn::DemoteTo(d8, down), d8, node.lower[axis] + i);
-      hn::StoreU(hn::DemoteTo(d8, up), d8, node.upper[axis] + i);
-    }
-    for (size_t i = count; i < WideNode::kWidth; ++i) {
-      node.lower[axis][i] = 255;
-      node.upper[axis][i] = 0;
+/// The boxes of a node's children, axis by axis.
+struct ChildBoxes {
+  HWY_ALIGN float lower[3][WideNode::kWidth];
+  HWY_ALIGN float upper[3][WideNode::kWidth];
+
+  void Set(size_t i, const Box& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis][i] = box.lower[axis];
+      upper[axis][i] = box.upper[axis];
     }
   }
+
+  /// Sets the volumes of `node` to ones that hold `count` boxes, widened. Unused children get
+  /// volumes that are inside out.
+  void Encode(size_t count, WideNode& node) {
+    DACRT_ASSERT(count >= 1 && count <= WideNode::kWidth);
+    node.count = static_cast<uint8_t>(count);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (size_t i = count; i < WideNode::kWidth; ++i) {
+        lower[axis][i] = lower[axis][0];
+        upper[axis][i] = upper[axis][0];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) EncodeAxis(axis, count, node);
+  }
+
+ private:
+  void EncodeAxis(int axis, size_t count, WideNode& node);
+};
+
+inline void ChildBoxes::EncodeAxis(int axis, size_t count, WideNode& node) {
+  const hn::RebindToSigned<EightTag> di;
+  const hn::Rebind<uint8_t, EightTag> d8;
+  float* const low_faces = lower[axis];
+  float* const high_faces = upper[axis];
+  float origin = low_faces[0], end = high_faces[0];
+  for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
+    const auto low = WidenDown(hn::Load(kEightTag, low_faces + i));
+    const auto high = WidenUp(hn::Load(kEightTag, high_faces + i));
+    hn::Store(low, kEightTag, low_faces + i);
+    hn::Store(high, kEightTag, high_faces + i);
+    origin = HWY_MIN(origin, hn::GetLane(hn::MinOfLanes(kEightTag, low)));
+    end = HWY_MAX(end, hn::GetLane(hn::MaxOfLanes(kEightTag, high)));
+  }
+  // Planes stand off by more than what origin - org is rounded by.
+  const float margin = (end - origin) * kPlaneMargin;
+  origin = std::min(origin - margin, std::nextafter(origin, -std::numeric_limits<float>::max()));
+  const float extent = end - origin + margin;
+  uint16_t scale = UpperHalfNotBelow(extent / 255.0f);
+  // Of two numbers of eight bits the product is exact.
+  while (255.0f * FromUpperHalf(scale) < extent) ++scale;
+  node.origin[axis] = origin;
+  node.scale[axis] = scale;
+  const float step = FromUpperHalf(scale);
+  const auto v_step = hn::Set(kEightTag, step), v_origin = hn::Set(kEightTag, origin),
+             v_margin = hn::Set(kEightTag, margin),
+             v_inverse = hn::Set(kEightTag, step > 0 ? 1.0f / step : 0.0f);
+  const auto least = hn::Zero(di), most = hn::Set(di, 255), one = hn::Set(di, 1);
+  const auto offset = [&](hn::Vec<decltype(di)> steps)
+                          HWY_ATTR { return hn::Mul(hn::ConvertTo(kEightTag, steps), v_step); };
+  for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
+    const auto low = hn::Sub(hn::Sub(hn::Load(kEightTag, low_faces + i), v_origin), v_margin);
+    const auto high = hn::Add(hn::Sub(hn::Load(kEightTag, high_faces + i), v_origin), v_margin);
+    // Rounding may leave the guess a step inside the box on either side.
+    const auto guess = [&](EightPart face) HWY_ATTR {
+      return hn::Min(hn::Max(hn::ConvertTo(di, hn::Mul(face, v_inverse)), least), most);
+    };
+    auto down = guess(low), up = guess(high);
+    for (int round = 0; round < 2; ++round) {
+      const auto above = hn::RebindMask(di, hn::Gt(offset(down), low));
+      down = hn::Max(hn::IfThenElse(above, hn::Sub(down, one), down), least);
+      const auto below = hn::RebindMask(di, hn::Lt(offset(up), high));
+      up = hn::Min(hn::IfThenElse(below, hn::Add(up, one), up), most);
+    }
+    hn::StoreU(hn::DemoteTo(d8, down), d8, node.lower[axis] + i);
+    hn::StoreU(hn::DemoteTo(d8, up), d8, node.upper[axis] + i);
+  }
+  for (size_t i = count; i < WideNode::kWidth; ++i) {
+    node.lower[axis][i] = 255;
+    node.upper[axis][i] = 0;
+  }
+}
+
+/// The same for boxes that stand anywhere.
+inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node) {
+  ChildBoxes all;
+  for (size_t i = 0; i < count; ++i) all.Set(i, *boxes[i]);
+  all.Encode(count, node);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -114,14 +114,11 @@ struct alignas(64) WideNode {
     std::atomic_ref(stale).fetch_and(others, kRelease);
     std::atomic_ref(bare).fetch_and(others, kRelease);
   }
-  /// The triangles have moved: copies are wrong. Nobody may trace meanwhile.
-  void SetLeavesStale() {
-    bare = stale = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const ChildWord word(child[i]);
-      bare |= static_cast<uint8_t>(word.IsLeaf() << i);
-      stale |= static_cast<uint8_t>(word.IsBlock() << i);
-    }
+  /// A child's triangles have moved: its copy is wrong. Nobody may trace meanwhile.
+  void SetLeafStale(std::size_t i) {
+    DACRT_ASSERT(ChildWord(child[i]).IsBlock());
+    bare |= static_cast<uint8_t>(1u << i);
+    stale |= static_cast<uint8_t>(1u << i);
   }
 
   uint32_t UsedChildren() const { return (1u << count) - 1; }

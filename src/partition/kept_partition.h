@@ -8,6 +8,7 @@
 // for a word that says the same in another way, so threads read it without locks.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -48,6 +49,13 @@ struct Subset {
   /// Which meshes have triangles here: a bit for each of 64 rows of meshes; 0 if it is not known.
   uint64_t mesh_bits;
   float lower[3], upper[3];  ///< bounds; known where mesh_bits are
+
+  Box bounds() const {
+    Box box;
+    std::copy_n(lower, 3, box.lower);
+    std::copy_n(upper, 3, box.upper);
+    return box;
+  }
 };
 static_assert(sizeof(Subset) == 64);
 
@@ -160,12 +168,12 @@ class KeptPartition {
   /// Bytes of a partition that is made for so many triangles with this budget.
   static std::size_t BytesFor(std::size_t triangles, std::size_t budget);
 
-  /// From now on for these meshes, of as many triangles as before, with other bounds (see refit.h).
-  void MoveTo(const MeshTable& meshes, const Box& bounds) {
+  /// From now on for these meshes, of as many triangles as before (see refit.h).
+  void SetMeshes(const MeshTable& meshes) {
     meshes_ = &meshes;
-    bounds_ = bounds;
     is_short_lived_ = true;
   }
+  void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
   /// Whether it came in the place of another one, and so may not live for long: what is split from
   /// now on is split fast rather than well.

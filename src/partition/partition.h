@@ -15,7 +15,7 @@ struct PartitionKernels {
   /// Splits the whole of a scene, if that is not done yet and there is memory, with the threads of
   /// `tasks`.
   void (*split_all)(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks);
-  PlanRefitFunction plan_refit;
+  CanRefitFunction can_refit;
   RefitFunction refit;
 };
 

@@ -14,219 +14,269 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 
-#include "geometry/bound_triangle-inl.h"
-#include "partition/read_ahead-inl.h"
 #include "partition/refit.h"
-#include "partition/split_subset-inl.h"
-#include "runtime/scratch.h"
+#include "partition/refit_subset-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// The bit of a mesh among Subset::mesh_bits.
-inline uint64_t MeshBit(const MeshTable& meshes, uint32_t mesh) {
-  return uint64_t{1} << (uint64_t{mesh} * 64 / meshes.meshes().size());
-}
-
-/// Looks at the triangles of a subset: `leaf(bounds)` is called with what precedes each mark in the
-/// order, and what follows the last one. False if a triangle cannot be hit any more.
-template <class Leaf>
-bool LookAtSubset(const MeshTable& now, const std::vector<bool>& changed,
-                  std::span<const uint32_t> order, RefittedSubset& refitted, const Leaf& leaf) {
-  ReadAhead names(now, order);
-  CornerBounds all, bounds;
-  uint32_t last_mesh = UINT32_MAX;
-  for (size_t i = 0; i < order.size(); ++i) {
-    const MeshTable::Name name = names.Next();
-    CornerBox box;
-    if (HWY_UNLIKELY(!BoundIfUsable(now, name, box))) return false;
-    bounds.Extend(box.lower, box.upper);
-    if (HWY_UNLIKELY(name.mesh != last_mesh)) {
-      last_mesh = name.mesh;
-      refitted.mesh_bits |= MeshBit(now, name.mesh);
-      refitted.is_stale |= changed[name.mesh];
-    }
-    if (!(order[i] & KeptOrder::kLastOfLeaf) && i + 1 < order.size()) continue;
-    all.Extend(bounds.lower, bounds.upper);
-    leaf(bounds.Get());
-    bounds = CornerBounds();
-  }
-  refitted.bounds = all.Get();
-  return true;
-}
-
-/// New volumes for nodes in a row, whose leaves have the given bounds, in the order of their
-/// triangles. That is the order in which they stand in the tree: the children of a node are in it.
-class NodeRefit {
+/// Where triangles are that have moved.
+class ChangedTriangles {
  public:
-  /// `root` is the number of the first node.
-  NodeRefit(std::span<WideNode> nodes, uint32_t root, const Box* leaves)
-      : nodes_(nodes), root_(root), next_leaf_(leaves) {}
-
-  /// Returns the bounds of a node.
-  Box Refit(uint32_t number) {
-    WideNode& node = nodes_[number];
-    Box boxes[WideNode::kWidth];
-    const Box* pointers[WideNode::kWidth];
-    CornerBounds all;
-    for (size_t k = 0; k < node.count; ++k) {
-      const ChildWord child = node.Child(k);
-      boxes[k] = child.IsInner() ? Refit(child.number() - root_) : *next_leaf_++;
-      pointers[k] = &boxes[k];
-      all.Extend(Corner::Load(boxes[k].lower), Corner::Load(boxes[k].upper));
+  ChangedTriangles(const MeshTable& meshes, const std::vector<bool>& changed) {
+    for (uint32_t mesh = 0; mesh < changed.size(); ++mesh) {
+      if (!changed[mesh]) continue;
+      bits_ |= MeshBit(meshes, mesh);
+      if (rows_++ < kMostRows) {
+        first_[rows_ - 1] = meshes.Number(mesh, 0);
+        count_[rows_ - 1] = static_cast<uint32_t>(meshes[mesh].triangle_count);
+      }
     }
-    EncodeChildren(pointers, node.count, node);
-    return all.Get();
+  }
+
+  /// Whether there are surely none in a subset.
+  bool CannotBeIn(const Subset& subset) const {
+    return subset.mesh_bits != 0 && !(subset.mesh_bits & bits_);
+  }
+
+  /// Whether there are some, or may be: by a look at its triangles, which costs little where few
+  /// meshes have changed.
+  bool AreIn(const KeptPartition& kept, const Subset& subset) const {
+    if (CannotBeIn(subset)) return false;
+    if (subset.mesh_bits == 0 || rows_ > kMostRows) return true;
+    for (const uint32_t entry : kept.triangles().subspan(subset.begin, subset.count)) {
+      const uint32_t number = KeptOrder::NumberOf(entry);
+      for (size_t row = 0; row < rows_; ++row) {
+        if (number - first_[row] < count_[row]) return true;
+      }
+    }
+    return false;
   }
 
  private:
-  const std::span<WideNode> nodes_;
-  const uint32_t root_;
-  const Box* next_leaf_;
+  static constexpr size_t kMostRows = 4;
+  size_t rows_ = 0;
+  uint32_t first_[kMostRows], count_[kMostRows];  ///< numbers of triangles
+  uint64_t bits_ = 0;
 };
 
-/// Plans the refit of a subset that has no others in it. False if a triangle cannot be hit any
-/// more.
-inline bool PlanUnit(const KeptPartition& kept, const Subset& subset, const MeshTable& now,
-                     const std::vector<bool>& changed, RefittedSubset& refitted,
-                     RefitPiece& piece) {
-  const auto order = kept.triangles().subspan(subset.begin, subset.count);
-  const uint32_t state = subset.root;
-  if (state >= Subset::kNoRoom) {
-    return LookAtSubset(now, changed, order, refitted, [](const Box&) {});
+/// The largest of `rows` rows of three words, `stride` bytes apart, without the bits that `mask`
+/// leaves out.
+inline uint32_t LargestWord(const void* rows_begin, size_t rows, size_t stride, uint32_t mask) {
+  const auto* const begin = static_cast<const char*>(rows_begin);
+  constexpr size_t kRow = 3 * sizeof(uint32_t);
+  const hn::ScalableTag<uint32_t> du;
+  const size_t lanes = hn::Lanes(du);
+  auto most = hn::Zero(du);
+  uint32_t largest = 0;
+  size_t row = 0;
+  if (stride == kRow) {
+    // Three vectors are as many rows as there are lanes.
+    for (; row + lanes <= rows; row += lanes) {
+      const auto* const words = reinterpret_cast<const uint32_t*>(begin + row * kRow);
+      for (size_t i = 0; i < 3; ++i)
+        most = hn::Max(most, hn::And(hn::LoadU(du, words + i * lanes), hn::Set(du, mask)));
+    }
+    largest = hn::GetLane(hn::MaxOfLanes(du, most));
   }
-  const uint32_t root = state & ~Subset::kStale;
-  piece.leaves.clear();
-  if (!LookAtSubset(now, changed, order, refitted,
-                    [&](const Box& leaf) { piece.leaves.push_back(leaf); })) {
+  for (; row < rows; ++row) {
+    uint32_t words[3];
+    memcpy(words, begin + row * stride, sizeof(words));
+    for (const uint32_t word : words) largest = HWY_MAX(largest, word & mask);
+  }
+  return largest;
+}
+
+/// Whether all triangles of a mesh can be hit, as far as its arrays say, each read once from one
+/// end to the other: coordinates that no triangle uses count, too.
+inline bool AllCanBeHit(const TriangleMesh& mesh) {
+  constexpr uint32_t kNoSign = 0x7FFFFFFFu;  // the larger the number, the larger are its bits
+  if (LargestWord(mesh.vertices, mesh.vertex_count, mesh.vertex_stride, kNoSign) >
+      std::bit_cast<uint32_t>(kLargestCoordinate)) {
     return false;
   }
-  if (!refitted.is_stale) return true;
-  const size_t first = piece.nodes.size();
-  const WideNode* const nodes = &kept.node(root);
-  piece.nodes.insert(piece.nodes.end(), nodes, nodes + subset.node_count);
-  const std::span<WideNode> own(piece.nodes.data() + first, subset.node_count);
-  NodeRefit(own, root, piece.leaves.data()).Refit(0);
-  refitted.has_decayed =
-      RelativeSurface(own, refitted.bounds) > refit::kMostDecay * subset.decay_base;
-  return true;
+  return LargestWord(mesh.triangles, mesh.triangle_count, mesh.triangle_stride, UINT32_MAX) <
+         mesh.vertex_count;
 }
 
-inline bool PlanRefit(const KeptPartition& kept, const MeshTable& now,
-                      const std::vector<bool>& changed, bool always, TaskPool& tasks,
-                      RefitPlan& plan) {
-  if (kept.triangle_count() == 0 || kept.subset(0).root == Subset::kUnsplit) return false;
-  if (kept.IsWornOut() && !always) return false;
+/// Whether the same items of a mesh can be hit as when the partition was made; `left_out` of them
+/// could not, and still cannot.
+inline bool SameCanBeHit(const MeshTable& now, uint32_t mesh, size_t left_out) {
+  if (left_out == 0 && now.HasTriangles(mesh) && AllCanBeHit(now[mesh])) return true;
+  size_t count = 0;
+  for (uint32_t primitive = 0; primitive < now[mesh].triangle_count; ++primitive) {
+    CornerBox box;
+    count += !BoundIfUsable(now, {mesh, primitive}, box);
+  }
+  return count == left_out;
+}
+
+inline bool SameCanBeHit(const KeptPartition& kept, const MeshTable& now,
+                         const std::vector<bool>& changed, TaskPool& tasks) {
+  std::vector<size_t> left_out(changed.size());
   for (const uint32_t number : kept.left_out()) {
     CornerBox box;
-    if (BoundIfUsable(now, now.Locate(number), box)) return false;
+    const MeshTable::Name name = now.Locate(number);
+    if (BoundIfUsable(now, name, box)) return false;
+    ++left_out[name.mesh];
   }
-  uint64_t changed_bits = 0;
-  for (uint32_t mesh = 0; mesh < changed.size(); ++mesh) {
-    if (changed[mesh]) changed_bits |= MeshBit(now, mesh);
-  }
-  const size_t count = kept.subset_count();
-  plan.always = always;
-  plan.subsets.assign(count, {});
-  plan.pieces.resize((count + RefitPlan::kPiece - 1) / RefitPlan::kPiece);
-  std::atomic<bool> is_possible{true};
-  tasks.ForEach(plan.pieces.size(), [&](size_t piece) {
-    const size_t begin = piece * RefitPlan::kPiece;
-    for (size_t i = begin; i < std::min(count, begin + RefitPlan::kPiece); ++i) {
-      const Subset& subset = kept.subset(static_cast<uint32_t>(i));
-      RefittedSubset& refitted = plan.subsets[i];
-      refitted.is_unit = !Subset::IsNode(subset.root) || subset.count <= SubsetScratch::kTriangles;
-      if (!refitted.is_unit) continue;
-      if (subset.mesh_bits != 0 && !(subset.mesh_bits & changed_bits)) {
-        std::copy_n(subset.lower, 3, refitted.bounds.lower);
-        std::copy_n(subset.upper, 3, refitted.bounds.upper);
-        refitted.mesh_bits = subset.mesh_bits;
-      } else if (is_possible &&
-                 !PlanUnit(kept, subset, now, changed, refitted, plan.pieces[piece])) {
-        is_possible = false;
-      }
-    }
+  std::atomic<bool> is_same{true};
+  tasks.ForEach(changed.size(), [&](size_t mesh) {
+    if (changed[mesh] && is_same && !SameCanBeHit(now, static_cast<uint32_t>(mesh), left_out[mesh]))
+      is_same = false;
   });
-  if (!is_possible) return false;
-  plan.bounds = Box::Empty();
-  size_t most_nodes = 0;
-  float surface = 0, made_surface = 0;
-  for (size_t i = 0; i < count; ++i) {
-    const Subset& subset = kept.subset(static_cast<uint32_t>(i));
-    const RefittedSubset& refitted = plan.subsets[i];
-    if (!refitted.is_unit) {
-      most_nodes = std::max<size_t>(most_nodes, subset.node_count);
-      continue;
-    }
-    surface += refitted.bounds.HalfArea();
-    made_surface += subset.made_surface;
-    plan.bounds.Extend(refitted.bounds.lower);
-    plan.bounds.Extend(refitted.bounds.upper);
-  }
-  plan.node_bounds.resize(most_nodes);
-  const float all = plan.bounds.HalfArea(), made_all = kept.subset(0).made_surface;
-  return always || !(surface * made_all > refit::kMostDecay * made_surface * all);
+  return is_same;
 }
 
-/// New bounds for the nodes between a subset and the subsets in it. Returns its own.
-inline Box RefitOver(KeptPartition& kept, const Subset& subset, RefitPlan& plan) {
-  const uint32_t root = subset.root;
-  for (uint32_t i = subset.node_count; i-- > 0;) {
-    WideNode& node = kept.node(root + i);
-    const Box* boxes[WideNode::kWidth];
+/// Whether a subset has no others in it.
+inline bool IsUnit(const Subset& subset) {
+  return !Subset::IsNode(subset.root) || subset.count <= SubsetScratch::kTriangles;
+}
+
+/// About the bounds that a subset will have: those of some of its triangles, or what is known.
+inline Box EstimateBounds(const KeptPartition& kept, const MeshTable& now, const Subset& subset,
+                          const ChangedTriangles& changed) {
+  if (changed.CannotBeIn(subset)) return subset.bounds();
+  constexpr size_t kLooks = 16;
+  const auto order = kept.triangles().subspan(subset.begin, subset.count);
+  const size_t looks = HWY_MIN(kLooks, order.size());
+  CornerBounds bounds;
+  for (size_t i = 0; i < looks; ++i) {
+    const uint32_t number = KeptOrder::NumberOf(order[i * order.size() / looks]);
+    const auto [lower, upper] = BoundUsable(now, now.Locate(number));
+    bounds.Extend(lower, upper);
+  }
+  return bounds.Get();
+}
+
+/// Whether the subsets have grown, relative to the whole, so much that rays would come to too many
+/// of them.
+inline bool HaveDecayed(const KeptPartition& kept, const MeshTable& now,
+                        const ChangedTriangles& changed) {
+  Box all = Box::Empty();
+  float surface = 0, made_surface = 0;
+  for (uint32_t i = 0; i < kept.subset_count(); ++i) {
+    const Subset& subset = kept.subset(i);
+    if (!IsUnit(subset)) continue;
+    const Box bounds = EstimateBounds(kept, now, subset, changed);
+    surface += bounds.HalfArea();
+    made_surface += subset.made_surface;
+    all.Extend(bounds.lower);
+    all.Extend(bounds.upper);
+  }
+  const float made_all = kept.subset(0).made_surface;
+  return surface * made_all > refit::kMostDecay * made_surface * all.HalfArea();
+}
+
+inline bool CanRefit(const KeptPartition& kept, const MeshTable& now, const RefitPlan& plan,
+                     TaskPool& tasks) {
+  if (kept.triangle_count() == 0 || kept.subset(0).root == Subset::kUnsplit) return false;
+  if (kept.IsWornOut() && !plan.always) return false;
+  return SameCanBeHit(kept, now, plan.changed, tasks) &&
+         (plan.always || !HaveDecayed(kept, now, ChangedTriangles(now, plan.changed)));
+}
+
+/// The bounds of a subset that has no nodes.
+inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
+  const MeshTable& meshes = kept.meshes();
+  ReadAhead names(meshes, kept.triangles().subspan(subset.begin, subset.count));
+  CornerBounds bounds;
+  uint64_t mesh_bits = 0;
+  for (uint32_t i = 0; i < subset.count; ++i) {
+    const MeshTable::Name name = names.Next();
+    const auto [lower, upper] = BoundUsable(meshes, name);
+    bounds.Extend(lower, upper);
+    mesh_bits |= MeshBit(meshes, name.mesh);
+  }
+  subset.mesh_bits = mesh_bits;
+  return bounds.Get();
+}
+
+/// The bounds of one that has nodes, which are renewed.
+inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
+  const uint32_t root = subset.root & ~Subset::kStale;
+  SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count});
+  const Box bounds = refit.Refit(root);
+  subset.mesh_bits = refit.mesh_bits();
+  const bool has_decayed =
+      !always && RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
+                     refit::kMostDecay * subset.decay_base;
+  subset.root = has_decayed ? root | Subset::kStale : root;
+  return bounds;
+}
+
+/// Refits a subset that has no others in it.
+inline void RefitUnit(KeptPartition& kept, Subset& subset, bool always) {
+  const Box bounds = subset.root >= Subset::kNoRoom ? BoundUnsplit(kept, subset)
+                                                    : RefitSplit(kept, subset, always);
+  std::copy_n(bounds.lower, 3, subset.lower);
+  std::copy_n(bounds.upper, 3, subset.upper);
+}
+
+/// New volumes for the nodes between a subset and the subsets in it. Returns its bounds.
+class RefitOver {
+ public:
+  RefitOver(KeptPartition& kept) : kept_(kept) {}
+
+  Box Subset(uint32_t number) {
+    dacrt::Subset& subset = kept_.subset(number);
+    return IsUnit(subset) ? subset.bounds() : Node(subset.root);
+  }
+
+ private:
+  Box Node(uint32_t number) {
+    WideNode& node = kept_.node(number);
+    Box boxes[WideNode::kWidth];
+    const Box* pointers[WideNode::kWidth];
     Box all = Box::Empty();
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
-      boxes[k] = child.IsSubset() ? &plan.subsets[child.number()].bounds
-                                  : &plan.node_bounds[child.number() - root];
-      all.Extend(boxes[k]->lower);
-      all.Extend(boxes[k]->upper);
+      boxes[k] = child.IsSubset() ? Subset(child.number()) : Node(child.number());
+      pointers[k] = &boxes[k];
+      all.Extend(boxes[k].lower);
+      all.Extend(boxes[k].upper);
     }
-    EncodeChildren(boxes, node.count, node);
-    plan.node_bounds[i] = all;
+    EncodeChildren(pointers, node.count, node);
+    return all;
   }
-  return plan.node_bounds[0];
-}
 
-inline void Refit(KeptPartition& kept, const MeshTable& now, RefitPlan& plan) {
-  kept.MoveTo(now, plan.bounds);
-  const size_t count = plan.subsets.size();
-  for (size_t piece = 0; piece < plan.pieces.size(); ++piece) {
-    const WideNode* from = plan.pieces[piece].nodes.data();
-    const size_t begin = piece * RefitPlan::kPiece;
-    for (size_t i = begin; i < std::min(count, begin + RefitPlan::kPiece); ++i) {
+  KeptPartition& kept_;
+};
+
+inline void Refit(KeptPartition& kept, const MeshTable& now, const RefitPlan& plan,
+                  TaskPool& tasks) noexcept {
+  kept.SetMeshes(now);
+  const ChangedTriangles changed(now, plan.changed);
+  const size_t count = kept.subset_count();
+  constexpr size_t kPiece = 8;  // subsets: some thousand triangles
+  const auto refit_piece = [&](size_t piece) {
+    for (size_t i = piece * kPiece; i < HWY_MIN(count, (piece + 1) * kPiece); ++i) {
       Subset& subset = kept.subset(static_cast<uint32_t>(i));
-      const RefittedSubset& refitted = plan.subsets[i];
-      if (!refitted.is_unit) continue;
-      subset.mesh_bits = refitted.mesh_bits;
-      std::copy_n(refitted.bounds.lower, 3, subset.lower);
-      std::copy_n(refitted.bounds.upper, 3, subset.upper);
-      const uint32_t state = subset.root;
-      if (!refitted.is_stale || state >= Subset::kNoRoom) continue;
-      const uint32_t root = state & ~Subset::kStale;
-      for (uint32_t k = 0; k < subset.node_count; ++k) {
-        kept.node(root + k) = *from++;
-        kept.node(root + k).SetLeavesStale();
-      }
-      subset.root = refitted.has_decayed && !plan.always ? root | Subset::kStale : root;
+      if (IsUnit(subset) && changed.AreIn(kept, subset)) RefitUnit(kept, subset, plan.always);
     }
-  }
-  const auto set_parent = [&](const Subset& subset, ChildWord word) {
-    if (subset.parent == Subset::kNowhere) return;
-    kept.node(subset.parent / WideNode::kWidth).SetChild(subset.parent % WideNode::kWidth, word);
   };
-  // Subsets stand behind those that they are in.
-  for (size_t i = count; i-- > 0;) {
-    const Subset& subset = kept.subset(static_cast<uint32_t>(i));
-    set_parent(subset, ChildWord::Subset(static_cast<uint32_t>(i)));
-    if (!plan.subsets[i].is_unit) plan.subsets[i].bounds = RefitOver(kept, subset, plan);
+  const size_t pieces = (count + kPiece - 1) / kPiece;
+  try {
+    tasks.ForEach(pieces, refit_piece);
+  } catch (...) {  // no memory for tasks
+    for (size_t piece = 0; piece < pieces; ++piece) refit_piece(piece);
   }
-  for (size_t i = 0; i < count; ++i) {
-    const Subset& subset = kept.subset(static_cast<uint32_t>(i));
-    if (Subset::IsNode(subset.root)) set_parent(subset, ChildWord::Inner(subset.root));
-  }
+  const auto set_parents = [&](bool as_subsets) {
+    for (uint32_t i = 0; i < count; ++i) {
+      const Subset& subset = kept.subset(i);
+      if (subset.parent == Subset::kNowhere || !(as_subsets || Subset::IsNode(subset.root)))
+        continue;
+      kept.node(subset.parent / WideNode::kWidth)
+          .SetChild(subset.parent % WideNode::kWidth,
+                    as_subsets ? ChildWord::Subset(i) : ChildWord::Inner(subset.root));
+    }
+  };
+  set_parents(true);
+  kept.SetBounds(RefitOver(kept).Subset(0));
+  set_parents(false);
 }
 
 }  // namespace HWY_NAMESPACE

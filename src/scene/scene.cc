@@ -107,7 +107,6 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
     const std::size_t most = parts.meshes.triangle_count();
     if (previous && PlanRefit(*previous, options)) {
-      parts.bounds = refit_plan_->bounds;
       parts.triangle_count = previous->parts.triangle_count;
     } else if (Engine().Keeps()) {
       const Keep keep = options.keep;
@@ -159,7 +158,8 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     if (!refit_plan_) return;
     parts.kept = std::move(previous.parts.kept);
     previous.parts.triangle_count = 0;
-    Engine().kernels.partition.refit(*parts.kept, parts.meshes, *refit_plan_);
+    Engine().kernels.partition.refit(*parts.kept, parts.meshes, *refit_plan_, Engine().tasks);
+    parts.bounds = parts.kept->bounds();
     refit_plan_.reset();
   }
 
@@ -259,12 +259,8 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
         !HaveSameItems(previous.parts.meshes, meshes)) {
       return false;
     }
-    RefitPlan plan;
-    if (!Engine().kernels.partition.plan_refit(*kept, meshes,
-                                               ChangedMeshes(previous.parts.meshes, meshes),
-                                               options.always_refit, Engine().tasks, plan)) {
-      return false;
-    }
+    RefitPlan plan{ChangedMeshes(previous.parts.meshes, meshes), options.always_refit};
+    if (!Engine().kernels.partition.can_refit(*kept, meshes, plan, Engine().tasks)) return false;
     refit_plan_ = std::move(plan);
     return true;
   }

@@ -263,6 +263,41 @@ TEST(RefitTest, WhatCannotBeHitAnyMoreIsLeftOut) {
   film.Check(2000);
 }
 
+// What is looked at vertex by vertex and index by index has any stride.
+TEST(RefitTest, IndicesThatBecomeIllegalAreLeftOut) {
+  for (const std::size_t padding : {0u, 1u}) {
+    const Mesh mesh = MakeSheets(1, 40)[0];
+    const std::size_t words = 3 + padding;
+    std::vector<float> vertices;
+    std::vector<uint32_t> indices;
+    for (const Float3& v : mesh.vertices) {
+      vertices.insert(vertices.end(), v.begin(), v.end());
+      vertices.resize(vertices.size() + padding, kNaN);
+    }
+    for (const auto& triangle : mesh.triangles) {
+      indices.insert(indices.end(), triangle.begin(), triangle.end());
+      indices.resize(indices.size() + padding, UINT32_MAX);
+    }
+    Geometry geometry = GeometryOf(mesh);
+    geometry.vertices = {{vertices.data(), words * sizeof(float)}};
+    geometry.primitives = {indices.data(), words * sizeof(uint32_t)};
+    const auto device = std::make_shared<Device>();
+    Scene scene(device, std::vector{geometry});
+    Random random(11);
+    std::vector<Ray> rays = unit::MakeRays(random, 2000, 1);
+    scene.Trace(Query::kClosest, unit::ViewOf(rays));
+    for (std::size_t i = 2; i < vertices.size(); i += words) vertices[i] += 0.1f;
+    Scene moved(device, std::vector{geometry}, SceneOptions{}, scene);
+    ASSERT_TRUE(moved.takes_over()) << "what stands between does not count";
+    moved.TakeOver(scene);
+    moved.Trace(Query::kClosest, unit::ViewOf(rays));
+    indices[words * 700 + 1] = static_cast<uint32_t>(mesh.vertices.size());
+    const Scene illegal(device, std::vector{geometry}, SceneOptions{}, moved);
+    EXPECT_FALSE(illegal.takes_over());
+    EXPECT_EQ(illegal.triangle_count(), mesh.triangles.size() - 1);
+  }
+}
+
 TEST(RefitTest, OtherTrianglesArePartitionedAnew) {
   Film film(MakeSheets(2, 40));
   film.Check(5000);

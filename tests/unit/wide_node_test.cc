@@ -401,8 +401,10 @@ TEST(WideNodeLeavesTest, OneThreadFillsThemIn) {
   for (int round = 0; round < 50; ++round) {
     WideNode node{};
     node.count = 2;
-    for (uint32_t i = 0; i < 2; ++i) node.SetChild(i, ChildWord::Block(i));
-    node.SetLeavesStale();
+    for (uint32_t i = 0; i < 2; ++i) {
+      node.SetChild(i, ChildWord::Block(i));
+      node.SetLeafStale(i);
+    }
     std::atomic<int> inside{0}, filled{0};
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t) {
@@ -431,7 +433,9 @@ TEST(WideNodeLeavesTest, EachLeafIsDoneByItself) {
   node.SetChild(1, ChildWord::Block(1));
   node.SetChild(2, ChildWord::Range(2));
   node.SetChild(3, ChildWord::Block(3));
-  node.SetLeavesStale();
+  node.bare = 0b0100;
+  node.SetLeafStale(1);
+  node.SetLeafStale(3);
   EXPECT_EQ(node.BareLeaves(255), 0b1110u);
   EXPECT_EQ(node.StaleLeaves(255), 0b1010u);
   EXPECT_EQ(node.BareLeaves(0b0011), 0b0010u);

@@ -1,0 +1,179 @@
+// Refit of a small subset: one pass over its triangles, in which its nodes get new volumes, and the
+// copies that leaves have get the vertices as they are now.
+
+#if defined(DACRT_PARTITION_REFIT_SUBSET_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_PARTITION_REFIT_SUBSET_INL_H_
+#undef DACRT_PARTITION_REFIT_SUBSET_INL_H_
+#else
+#define DACRT_PARTITION_REFIT_SUBSET_INL_H_
+#endif
+
+#include <hwy/cache_control.h>
+
+#include <cstring>
+#include <span>
+
+#include "geometry/bound_triangle-inl.h"
+#include "leaf/cross_facets-inl.h"
+#include "partition/read_ahead-inl.h"
+#include "partition/split_subset-inl.h"
+#include "runtime/scratch.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// The bit of a mesh among Subset::mesh_bits.
+inline uint64_t MeshBit(const MeshTable& meshes, uint32_t mesh) {
+  return uint64_t{1} << (uint64_t{mesh} * 64 / meshes.meshes().size());
+}
+
+class SubsetRefit {
+ public:
+  SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes)
+      : kept_(kept),
+        meshes_(kept.meshes()),
+        order_(kept.triangles().subspan(subset.begin, subset.count)),
+        names_(meshes_) {
+    DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
+    ReadIndices();
+    for (const WideNode& node : nodes) FetchCopies(node);
+  }
+
+  /// New volumes and copies for what stands below a node. Its triangles stand in the order in which
+  /// they do in the tree: of a node those of each child, one leaf after the other. Returns its
+  /// bounds.
+  Box Refit(uint32_t number) {
+    WideNode& node = kept_.node(number);
+    ChildBoxes boxes;
+    CornerBounds all;
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      const Box box = child.IsInner() ? Refit(child.number()) : RefitLeaf(node, k);
+      boxes.Set(k, box);
+      all.Extend(Corner::Load(box.lower), Corner::Load(box.upper));
+    }
+    boxes.Encode(node.count, node);
+    return all.Get();
+  }
+
+  uint64_t mesh_bits() const { return mesh_bits_; }
+
+ private:
+  /// Of all triangles before anything else is done, so that the processor waits for many at once;
+  /// the vertices are on their way then.
+  void ReadIndices() {
+    for (size_t i = 0; i < order_.size();) {
+      const uint32_t mesh = meshes_.Locate(KeptOrder::NumberOf(order_[i])).mesh;
+      const uint32_t first = meshes_.Number(mesh, 0);
+      const auto count = static_cast<uint32_t>(meshes_[mesh].triangle_count);
+      mesh_bits_ |= MeshBit(meshes_, mesh);
+      const bool has_triangles = meshes_.HasTriangles(mesh);
+      for (; i < order_.size(); ++i) {
+        const uint32_t primitive = KeptOrder::NumberOf(order_[i]) - first;
+        if (primitive >= count) break;
+        if (!has_triangles) continue;
+        if (i + kAhead < order_.size()) {
+          const uint32_t far = KeptOrder::NumberOf(order_[i + kAhead]) - first;
+          if (far < count) hwy::Prefetch(meshes_.IndicesOf(mesh, far));
+        }
+        memcpy(index_[i], meshes_.IndicesOf(mesh, primitive), sizeof(index_[i]));
+        // Fetching does not fail, whatever the address.
+        const auto start = reinterpret_cast<std::uintptr_t>(meshes_[mesh].vertices);
+        for (const uint32_t vertex : index_[i]) {
+          hwy::Prefetch(
+              reinterpret_cast<const char*>(start + vertex * meshes_[mesh].vertex_stride));
+        }
+      }
+    }
+  }
+
+  void FetchCopies(const WideNode& node) const {
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      if (!child.IsBlock()) continue;
+      const std::byte* const block = kept_.leaf(child.block());
+      for (size_t i = 0; i < 3; ++i) hwy::Prefetch(block + 64 * i);
+    }
+  }
+
+  /// The next leaf, which is child `k` of a node.
+  Box RefitLeaf(WideNode& node, size_t k) {
+    const ChildWord child = node.Child(k);
+    CornerBounds bounds;
+    const size_t first = next_;
+    if (child.IsBlock()) {
+      auto& block = *reinterpret_cast<LeafBlock*>(kept_.leaf(child.block()));
+      if (HWY_LIKELY(RenewCopy(block, bounds))) return bounds.Get();
+      node.SetLeafStale(k);
+      bounds = CornerBounds();
+      next_ = first;
+    }
+    bool is_last;
+    do {
+      const uint32_t entry = order_[next_++];
+      const auto [lower, upper] = BoundUsable(meshes_, names_.Find(KeptOrder::NumberOf(entry)));
+      bounds.Extend(lower, upper);
+      is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
+    } while (!is_last && next_ < order_.size());
+    return bounds.Get();
+  }
+
+  /// Copies the vertices of a leaf of still triangles of one mesh. False, and what is in the block
+  /// is scrap, if it is another one, or if it has one vertex for corners whose indices differ:
+  /// they were in one place, and may have come apart.
+  HWY_INLINE bool RenewCopy(LeafBlock& block, CornerBounds& bounds) {
+    if (!block.IsPlain() || block.second != 0 || block.geometry == LeafBlock::kSeveral)
+      return false;
+    const TriangleMesh& mesh = meshes_[block.geometry];
+    const size_t lanes = block.lanes, places = block.vertices;
+    const uint8_t* const place_of = block.indices();
+    const uint32_t(*const index)[3] = index_ + next_;
+    uint32_t vertex[LeafBlock::kByLane];
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      for (size_t k = 0; k < 3; ++k) vertex[place_of[k * kLeafLanes + lane]] = index[lane][k];
+    }
+    uint32_t differ = 0;
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      for (size_t k = 0; k < 3; ++k) {
+        differ |= vertex[place_of[k * kLeafLanes + lane]] ^ index[lane][k];
+      }
+    }
+    if (HWY_UNLIKELY(differ != 0)) return false;
+    float* const x = const_cast<float*>(block.vertex_data());
+    const bool is_by_lane = places == LeafBlock::kByLane;
+    for (size_t place = 0; place < places; ++place) {
+      if (is_by_lane && place % kLeafLanes >= lanes) continue;
+      // The last one takes another way: there may be nothing behind it.
+      if (HWY_UNLIKELY(size_t{vertex[place]} + 1 >= mesh.vertex_count)) return false;
+      const auto* const from = reinterpret_cast<const float*>(
+          static_cast<const char*>(mesh.vertices) + vertex[place] * mesh.vertex_stride);
+      bounds.Extend(Corner::LoadUnaligned(from));
+      x[place] = from[0];
+      x[places + place] = from[1];
+      x[2 * places + place] = from[2];
+    }
+    if (HWY_UNLIKELY(block.is_prepared)) {
+      PrepareFacets(block, const_cast<PreparedFacets&>(block.prepared()));
+    }
+    next_ += lanes;
+    return true;
+  }
+
+  /// Triangles ahead of which indices are fetched.
+  static constexpr size_t kAhead = 32;
+
+  KeptPartition& kept_;
+  const MeshTable& meshes_;
+  const std::span<const uint32_t> order_;
+  NameFinder names_;
+  size_t next_ = 0;
+  uint64_t mesh_bits_ = 0;
+  uint32_t index_[SubsetScratch::kTriangles][3];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_PARTITION_REFIT_SUBSET_INL_H_
