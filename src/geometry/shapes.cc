@@ -204,7 +204,10 @@ void Shapes::Derive(uint32_t geometry) {
     derived.first_cells.push_back(static_cast<uint32_t>(cells));
     const auto primitive = Read<GridPrimitive>(g.primitives, grid);
     if (!IsLegal(primitive, g.vertex_count)) continue;
-    cells += std::size_t{primitive.width - 1u} * (primitive.height - 1u);
+    // All rows of a grid without a stride are one, so that no cell has an area and the first row of
+    // them bounds the grid: a few vertices could ask for a billion.
+    const std::size_t rows = primitive.vertex_stride == 0 ? 1 : primitive.height - 1u;
+    cells += (primitive.width - 1u) * rows;
   }
   derived.item_count = cells;
 }

@@ -6,6 +6,10 @@
 
 #include <algorithm>
 #include <cfenv>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string_view>
 
 #if defined(__SANITIZE_THREAD__)
 #define DACRT_UNDER_TSAN 1
@@ -49,16 +53,37 @@ class WithEnvironment {
   std::fenv_t own_;
 };
 
+/// Throws std::bad_alloc where there is no room for what oneTBB takes when it starts: it never
+/// comes back from finding that out while it looks at the machine.
+void AskForRoomToStart() {
+  constexpr std::size_t kBytes = 1 << 20;
+  std::make_unique_for_overwrite<char[]>(kBytes);
+}
+
+/// Runs what may start threads. One that cannot be started is memory that has run out; oneTBB says
+/// so in words.
+template <class Body>
+void WithThreads(Body&& body) {
+  try {
+    body();
+  } catch (const std::runtime_error& error) {
+    if (std::string_view(error.what()).starts_with("pthread_create")) throw std::bad_alloc();
+    throw;
+  }
+}
+
 }  // namespace
 
 struct TaskPool::Arena {
-  explicit Arena(std::size_t threads) : arena(static_cast<int>(threads)) {}
+  /// At once, as an arena that failed to come into being on its first use waits for that for ever.
+  explicit Arena(std::size_t threads) : arena(static_cast<int>(threads)) { arena.initialize(); }
   tbb::task_arena arena;
 };
 
 TaskPool::TaskPool(std::size_t threads) : threads_(1) {
   // Without oneTBB, which never comes back from running out of memory while it starts.
   if (threads == 1) return;
+  AskForRoomToStart();
   threads_ = static_cast<std::size_t>(tbb::info::default_concurrency());
   if (threads != 0) threads_ = std::min(threads, threads_);
   arena_ = std::make_unique<Arena>(threads_);
@@ -87,7 +112,7 @@ void TaskPool::ForEach(std::size_t count, const std::function<void(std::size_t)>
         tbb::simple_partitioner());
   };
   handover.Give();
-  arena_->arena.execute([&] { tbb::this_task_arena::isolate(run); });
+  WithThreads([&] { arena_->arena.execute([&] { tbb::this_task_arena::isolate(run); }); });
   handover.Take();
 }
 
@@ -97,11 +122,13 @@ void TaskPool::Enter(const std::function<void()>& body) {
   std::fegetenv(&callers);
   Handover handover;
   handover.Give();
-  arena_->arena.execute([&] {
-    const WithEnvironment environment(callers);  // another thread may do it
-    handover.Take();
-    body();
-    handover.Give();
+  WithThreads([&] {
+    arena_->arena.execute([&] {
+      const WithEnvironment environment(callers);  // another thread may do it
+      handover.Take();
+      body();
+      handover.Give();
+    });
   });
   handover.Take();
 }

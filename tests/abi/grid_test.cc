@@ -87,6 +87,41 @@ TEST(DropInGrids, TheLargestOverAFewVerticesTakesNoMemory) {
   s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
 
+// All rows of a grid without a stride are one: over 32767 vertices it asked for a billion cells,
+// none of which has an area.
+TEST(DropInGrids, OneWithoutAStrideHasOneRowOfCells) {
+  Session s(DropIn());
+  ssize_t most = 0;
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device,
+      [](void* user, ssize_t bytes, bool) {
+        auto& largest = *static_cast<ssize_t*>(user);
+        largest = std::max(largest, bytes);
+        return true;
+      },
+      &most);
+  const RTCScene scene = SceneOfGrid(s, {0, 0, 32767, 32767}, 32767);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  EXPECT_EQ(CellsHit(s, scene), ".........");
+  EXPECT_LT(most, 4 << 20);
+  RTCBounds bounds;
+  s.api.rtcGetSceneBounds(scene, &bounds);
+  EXPECT_EQ(bounds.upper_x, 3);
+  EXPECT_EQ(bounds.upper_y, 32766 / 4);
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+}
+
+TEST_P(Grids, WithoutAStrideAreNeverHit) {
+  Session s(GetParam()());
+  const RTCScene scene = SceneOfGrid(s, {0, 0, 4, 4}, 16);
+  EXPECT_EQ(CellsHit(s, scene), ".........");
+  RTCBounds bounds;
+  s.api.rtcGetSceneBounds(scene, &bounds);
+  EXPECT_EQ(bounds.lower_x, 0);
+  EXPECT_EQ(bounds.upper_x, 3);
+  EXPECT_EQ(bounds.upper_y, 0);
+}
+
 // What the program writes to the grid between two commits is not there yet; it ended the process
 // where a grid of a width of 1 was divided into its columns.
 TEST(DropInGrids, OneWhoseSizeIsWrittenBetweenCommitsDoesNoHarm) {

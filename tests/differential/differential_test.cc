@@ -79,6 +79,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Share{"UserGeometries", "user,instances,masks,motion,context_filters,changes"},
                     Share{"Instances",
                           "triangles,quads,instances,quaternions,masks,motion,filters,robust"},
+                    Share{"Scales", "triangles,quads,grids,spheres,discs,instances,robust,scales"},
                     Share{"Everything", ""}, Share{"EverythingByDefaults", "-configs,-hostile"}),
     [](const auto& share) { return share.param.name; });
 

@@ -20,7 +20,7 @@ const char* Name(Feature feature) {
       "triangles", "quads",     "grids",  "spheres",     "discs",   "oriented_discs",
       "user",      "instances", "motion", "quaternions", "filters", "context_filters",
       "masks",     "layouts",   "robust", "flags",       "changes", "configs",
-      "hostile"};
+      "hostile",   "scales"};
   return kNames[static_cast<unsigned>(feature)];
 }
 

@@ -27,8 +27,9 @@ enum class Feature : unsigned {
   kChanges,  ///< commits after changes
   kConfigs,  ///< instruction sets, threads, budgets and methods of the drop-in
   kHostile,  ///< vertices that are no numbers, infinite or huge; negative radii
+  kScales,   ///< worlds from 1e-30 to 1e18 across, and small ones far from the origin
 };
-inline constexpr unsigned kFeatureCount = 19;
+inline constexpr unsigned kFeatureCount = 20;
 
 using Features = std::bitset<kFeatureCount>;
 

@@ -22,11 +22,13 @@ const T& Pick(Random& random, const T (&choices)[kCount]) {
 /// Makes one world.
 class Generator {
  public:
-  Generator(uint64_t seed, const Features& features) : random_(seed), features_(features) {}
+  Generator(uint64_t seed, const Features& features)
+      : random_(seed), scale_random_(~seed), features_(features) {}
 
   World Make(std::size_t rays) {
     extent_ = std::exp2(random_.Uniform(-2, 4));
     if (random_.Chance(0.2f)) center_ = RandomVector(20 * extent_);
+    if (Has(features_, Feature::kScales)) ChangeScale();
     on_lattice_ = random_.Chance(0.15f);
     has_context_filters_ = Chance(Feature::kContextFilters, 0.3f);
     World world;
@@ -50,6 +52,15 @@ class Generator {
     // Drawn in any case, so that a feature that is left out changes little else.
     const bool drawn = random_.Chance(probability);
     return drawn && Has(features_, feature);
+  }
+
+  /// Draws numbers of its own, so that worlds of other scales are otherwise the same. User
+  /// geometries test their rays themselves, and for these scales not well enough.
+  void ChangeScale() {
+    if (Has(features_, Feature::kUser) || scale_random_.Chance(0.5f)) return;
+    const float scale = std::pow(10.0f, scale_random_.Uniform(-30, 17));
+    extent_ *= scale;
+    center_ = scale_random_.Chance(0.3f) ? RandomVector(3e4f * extent_) : scale * center_;
   }
 
   Float3 RandomVector(float size) {
@@ -459,7 +470,7 @@ class Generator {
     return own_choice ? "" : "isa=avx2";
   }
 
-  Random random_;
+  Random random_, scale_random_;
   const Features& features_;
   float extent_ = 1;  ///< half of the scene's size
   Float3 center_;

@@ -63,6 +63,13 @@ Approximate AbsoluteSum(const Approximate3& a) {
   return sum;
 }
 
+/// What bounds all terms of a product of sums, before any of them cancel.
+Approximate LargestProduct(std::initializer_list<Approximate3> factors) {
+  double product = 1;
+  for (const Approximate3& factor : factors) product *= AbsoluteSum(factor).value;
+  return Exactly(product);
+}
+
 /// The polynomials of a facet's test: hit where u, v and w have the sign of the determinant that
 /// they belong to.
 struct FacetTerms {
@@ -70,7 +77,8 @@ struct FacetTerms {
   Approximate sum;       ///< what u and v are divided by
   Approximate t, depth;  ///< distance, not divided, and what it is divided by
   Approximate3 normal;
-  double slack;  ///< u, v, w may be this much below zero
+  double slack;         ///< u, v, w may be this much below zero
+  Approximate largest;  ///< of the products on the way
 };
 
 /// A facet that may be seen from either side.
@@ -101,8 +109,8 @@ ShapeAnswer DecideFacet(const ApproximateRay& ray, const FacetTerms& terms) {
       if (agree || is_rounding) is_possible = decide(side, sign) || is_possible;
     }
   }
-  if (AnyMayOverflow(
-          {terms.u, terms.v, terms.w, terms.t, terms.depth, AbsoluteSum(terms.normal)})) {
+  if (AnyMayOverflow({terms.u, terms.v, terms.w, terms.t, terms.depth, AbsoluteSum(terms.normal),
+                      terms.largest})) {
     answer.doubts |= kDoubtRange;
   } else if (!is_possible) {
     return {};
@@ -130,6 +138,10 @@ ShapeAnswer TestFacet(const ApproximateRay& ray, const Approximate3& v0, const A
   terms.t = Dot(normal, c);
   terms.normal = normal;
   terms.slack = 0;
+  const Approximate3 edges = {AbsoluteSum(e1), AbsoluteSum(e2), Exactly(0)};
+  terms.largest.value =
+      std::max({LargestProduct({c, ray.dir, edges}).value, LargestProduct({edges, edges, c}).value,
+                LargestProduct({edges, edges, ray.dir}).value});
   return DecideFacet(ray, terms);
 }
 
@@ -153,7 +165,16 @@ ShapeAnswer TestFacetRobustly(const ApproximateRay& ray, const Approximate3& v0,
   }
   terms.depth = Dot(terms.normal, ray.dir);
   terms.t = Dot(terms.normal, a);
-  return DecideFacet(ray, terms);
+  const Approximate3 corners = {AbsoluteSum(a), AbsoluteSum(b), AbsoluteSum(c)};
+  terms.largest.value = std::max(LargestProduct({corners, corners, ray.dir}).value,
+                                 LargestProduct({corners, corners, corners}).value);
+  ShapeAnswer answer = DecideFacet(ray, terms);
+  // Below this the real library divides by nothing, and has u = v = 0, of grids in any cell.
+  constexpr double kLeastSum = 1e-18;
+  if (std::abs(terms.sum.value) - terms.sum.error < kLeastSum) {
+    answer.u.error = answer.v.error = kInfinity;
+  }
+  return answer;
 }
 
 std::vector<ShapeAnswer> TestSphere(const ApproximateRay& ray, const ApproximateVertex& sphere) {

@@ -1,6 +1,5 @@
 // Vertices and indices of any bytes: hits are those of the real library, or explained; they are the
 // same in every form and whatever is kept; and where there is a hit, the ray is blocked.
-#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 
@@ -61,7 +60,7 @@ std::vector<RTCRayHit> TakeRays(Input& input) {
 }
 
 void Fail(const char* what) {
-  std::puts(what);
+  std::cerr << what << '\n';
   std::abort();
 }
 
@@ -77,7 +76,7 @@ void Run(Input input) {
   contest.Compare(stream, Query::kClosest, "fuzz", rays);
   contest.Compare(stream, Query::kAny, "fuzz", rays);
   if (report.Total().Count(Relation::kUnexplained) > 0) {
-    report.PrintExamples(std::cout);
+    report.PrintExamples(std::cerr);
     std::abort();
   }
   const auto same = [](const std::vector<RTCRayHit>& a, const std::vector<RTCRayHit>& b) {

@@ -78,7 +78,7 @@ void Run(Input input) {
   while (form.lanes > 1 && rays.size() % form.lanes != 0) rays.push_back(Ordinary(1));
   contest.Compare(form, query, "fuzz", rays, lanes);
   if (report.Total().Count(Relation::kUnexplained) == 0) return;
-  report.PrintExamples(std::cout);
+  report.PrintExamples(std::cerr);
   std::abort();
 }
 

@@ -137,9 +137,9 @@ Bounded Quotient(const Bounded& numerator, const Bounded& determinant, double si
 }
 
 /// Embree's reciprocals of direction components stay below 1e18, also those of zeros.
+constexpr double kLargestReciprocal = 1e18;
 double EmbreeReciprocal(double direction) {
-  constexpr double kLargest = 1e18;
-  return std::copysign(std::min(1 / std::abs(direction), kLargest), direction);
+  return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
 }
 
 /// One axis of a triangle's bounding box, as a ray sees it.
@@ -225,6 +225,8 @@ bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Corners& corners,
   Bounded far[4] = {{tfar, 0}};
   for (int axis = 0; axis < 3; ++axis) {
     const Slab slab(ray, corners, axis);
+    // Its reciprocals lose this sign, by which it orders the planes.
+    if ((&ray.dir_x)[axis] < 0 && slab.reciprocal == -kLargestReciprocal) return true;
     double origin = std::abs(slab.origin), reciprocal = std::abs(slab.reciprocal);
     for (const RTCRayHit& other : packet) {
       if (!IsTraced(other.ray)) continue;
@@ -260,6 +262,10 @@ Reference::Reference(const TestScene& scene) {
     geometries_[mesh.geometry_id].assign(mesh.triangles.size(), kNoItem);
     for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
       const auto& vertex = mesh.triangles[i].vertex;
+      // As in Embree, a triangle whose vertices are not there can not be hit.
+      if (std::ranges::any_of(vertex, [&](uint32_t v) { return v >= mesh.positions.size(); })) {
+        continue;
+      }
       const Corners corners{mesh.positions[vertex[0]], mesh.positions[vertex[1]],
                             mesh.positions[vertex[2]]};
       if (!IsLegal(corners.v0) || !IsLegal(corners.v1) || !IsLegal(corners.v2)) continue;

@@ -388,6 +388,7 @@ TEST(ChildWordTest, KindsAndNumbersComeBack) {
 
 TEST(WideNodeChildTest, WordsComeBack) {
   WideNode node{};
+  node.count = WideNode::kWidth;
   for (std::size_t i = 0; i < WideNode::kWidth; ++i) {
     node.SetChild(i, ChildWord::Block(static_cast<uint32_t>(17 * i)));
   }

@@ -1,0 +1,136 @@
+// What becomes a ray's hit, where it is easily too much: at the ray's end, behind its origin,
+// beyond an edge, and where a program's function says what it must not say.
+#include "leaf/take_hit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "shape_scenes.h"
+
+namespace dacrt {
+namespace {
+
+using unit::kInfinity;
+using unit::MakeScene;
+using unit::Model;
+using unit::Random;
+using unit::TimedRay;
+using unit::Trace;
+
+// A hit at the ray's own end may round to a larger distance. The next one there is as near.
+TEST(TakeHitTest, HitsAtTheRaysEndAreEquallyNear) {
+  const float beyond = std::nextafter(1.0f, 2.0f);
+  RayRecord ray{};
+  ray.tfar = 1;
+  ray.state = RayRecord::kAtLimit;
+  ASSERT_EQ(Compare(ray, beyond, true), Closeness::kCloser);
+  SetHit(ray, beyond, 0, 0);
+  EXPECT_EQ(ray.tfar, 1);
+  EXPECT_EQ(Compare(ray, beyond, true), Closeness::kEqual);
+  EXPECT_EQ(Compare(ray, beyond, false), Closeness::kFarther);
+  SetHit(ray, 0.5f, 0, 0);
+  EXPECT_EQ(Compare(ray, beyond, true), Closeness::kFarther);
+}
+
+// A negative tnear counts as zero for spheres and discs, as it does for the boxes round them.
+TEST(TakeHitTest, PointsBehindTheOriginAreMissed) {
+  Model model;
+  model.steps = {{0, 0, -0.5f, 1, 0, 0, 0.5f, 1}};
+  model.normals = {0, 0, 1, 0, 0, 1};
+  TimedRay ray;
+  ray.org = {0.1f, 0.1f, 0};
+  ray.dir = {0, 0, 1};
+  ray.tnear = -10;
+  for (const Shape shape : {Shape::kSpheres, Shape::kOrientedDiscs}) {
+    const auto hits = Trace(*MakeScene({unit::PointView(model, shape, 3)}, kDefaultBudget), {ray});
+    ASSERT_TRUE(hits[0].IsHit());
+    EXPECT_GE(hits[0].tfar, 0);
+  }
+}
+
+// The edge tests of robust scenes have a slack, by which a quotient may be more than one.
+TEST(TakeHitTest, RobustHitsAreWithinTheirTriangle) {
+  Random random(5);
+  Model model;
+  model.steps.resize(1);
+  constexpr uint32_t kTriangles = 200;
+  for (uint32_t i = 0; i < 3 * kTriangles; ++i) {
+    for (const float value : random.InCube(-1, 1)) model.steps[0].push_back(value);
+    model.indices.push_back(i);
+  }
+  Geometry geometry = model.View(3);
+  geometry.shape = Shape::kTriangles;
+  geometry.primitive_count = kTriangles;
+  geometry.primitives = {model.indices.data(), 12};
+  std::vector<TimedRay> rays(20000);
+  for (TimedRay& ray : rays) {
+    ray.org = random.InCube(-3, 3);
+    const float* corner = &model.steps[0][3 * random.Below(3 * kTriangles)];
+    for (std::size_t axis = 0; axis < 3; ++axis) ray.dir[axis] = corner[axis] - ray.org[axis];
+  }
+  std::size_t at_corners = 0;
+  for (const TimedRay& ray : Trace(*MakeScene({geometry}, kDefaultBudget, true), rays)) {
+    if (!ray.IsHit()) continue;
+    ASSERT_LE(ray.u, 1);
+    ASSERT_LE(ray.v, 1);
+    at_corners += ray.u == 1 || ray.v == 1;
+  }
+  EXPECT_GT(at_corners, 10u);
+}
+
+/// Hits at 5 when it is called first, and at 50, which is no hit any more, from then on.
+void HitFartherThanBefore(void* data, const CallbackArguments& arguments) {
+  auto& calls = *static_cast<int*>(data);
+  const float t = calls++ == 0 ? 5 : 50;
+  const auto put = [&](PacketComponent component, const auto& value) {
+    std::memcpy(static_cast<float*>(arguments.packet) +
+                    static_cast<std::size_t>(component) * arguments.width,
+                &value, sizeof(value));
+  };
+  put(PacketComponent::kTfar, t);
+  put(PacketComponent::kGeometryId, arguments.geometry_id);
+  put(PacketComponent::kPrimitiveId, arguments.primitive_id);
+}
+
+// What lies between the two is found no more.
+TEST(TakeHitTest, UserFunctionsDoNotMoveARaysEndAway) {
+  int calls = 0;
+  Geometry user;
+  user.shape = Shape::kUser;
+  user.geometry_id = 2;
+  user.primitive_count = 2;
+  user.bounds = {[](void*, uint32_t, uint32_t, Bounds& bounds) {
+                   bounds = {{-1, -1, 0}, {1, 1, 1}};
+                 },
+                 nullptr};
+  user.intersect = {HitFartherThanBefore, &calls};
+  // Many triangles, so that they stand in leaves of their own.
+  Model model;
+  model.steps.resize(1);
+  constexpr uint32_t kTriangles = 256;
+  for (uint32_t i = 0; i < kTriangles; ++i) {
+    const float x = static_cast<float>(i % 16) - 8, y = static_cast<float>(i / 16) - 8;
+    for (const float value : {x, y, 20.0f, x + 2, y, 20.0f, x, y + 2, 20.0f}) {
+      model.steps[0].push_back(value);
+    }
+    for (uint32_t corner = 0; corner < 3; ++corner) model.indices.push_back(3 * i + corner);
+  }
+  Geometry behind = model.View(3);
+  behind.shape = Shape::kTriangles;
+  behind.geometry_id = 3;
+  behind.primitive_count = kTriangles;
+  behind.primitives = {model.indices.data(), 12};
+  TimedRay ray;
+  ray.org = {0.3f, 0.3f, -1};
+  ray.dir = {0, 0, 1};
+  const auto hits =
+      Trace(*MakeScene({user, behind}, kDefaultBudget), {ray}, Query::kClosest, {1, nullptr});
+  EXPECT_EQ(calls, 2);
+  EXPECT_EQ(hits[0].geometry_id, 2u);
+}
+
+}  // namespace
+}  // namespace dacrt
