@@ -91,7 +91,9 @@ class Film {
       ASSERT_TRUE(unit::SameBits(rays[i], expected[i])) << "ray " << i;
       hits += rays[i].IsHit();
     }
-    if (count >= 50) EXPECT_GT(hits, 0u);
+    if (count >= 50) {
+      EXPECT_GT(hits, 0u);
+    }
     const Bounds own = scene_->bounds(), bounds = fresh.bounds();
     for (int axis = 0; axis < 3; ++axis) {
       EXPECT_EQ(own.lower[axis], bounds.lower[axis]);
