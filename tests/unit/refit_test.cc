@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -345,6 +346,42 @@ TEST(RefitTest, WhatIsLostComesBackWithANewPartition) {
     EXPECT_LE(film.scene().KeptBytesUsed(), bytes);
   }
   (void)is_renewed;
+}
+
+// Nothing is asked for that could be refused: the frame goes on with what there is.
+TEST(RefitTest, AMonitorThatRefusesAllIsNotAsked) {
+  std::atomic<bool> refuses{false};
+  std::atomic<int> refused{0};
+  const auto device = std::make_shared<Device>(Settings{}, [&](std::ptrdiff_t bytes) {
+    refused += refuses && bytes > 0;
+    return !refuses;
+  });
+  std::vector<Mesh> sheets = MakeSheets(2, 60);
+  const auto describe = [&](uint64_t revision) {
+    std::vector<Geometry> geometries;
+    for (const Mesh& mesh : sheets) {
+      geometries.push_back(GeometryOf(mesh));
+      geometries.back().revision = revision;
+    }
+    return geometries;
+  };
+  Scene scene(device, describe(1));
+  Random random(5);
+  std::vector<Ray> rays = unit::MakeRays(random, 3000, 1), expected = rays, first = rays;
+  scene.Trace(Query::kClosest, unit::ViewOf(first));
+  for (Mesh& mesh : sheets) {
+    for (Float3& v : mesh.vertices) v[2] += 0.03f * v[0];
+  }
+  refuses = true;
+  Scene moved(device, describe(2), SceneOptions{}, scene);
+  ASSERT_TRUE(moved.takes_over());
+  moved.TakeOver(scene);
+  moved.Trace(Query::kClosest, unit::ViewOf(rays));
+  EXPECT_EQ(refused, 0);
+  refuses = false;
+  const Scene fresh(device, describe(2));
+  fresh.Trace(Query::kClosest, unit::ViewOf(expected));
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(unit::SameBits(rays[i], expected[i]));
 }
 
 // A scene that is not taken over stays as it was.
