@@ -46,7 +46,7 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
       geometries.insert(ray.Get<uint32_t>(kGeometryId));
       instances.insert(ray.Get<uint32_t>(kInstanceId));
     }
-    EXPECT_GE(geometries.size(), options.is_small ? 4u : 10u);
+    EXPECT_GE(geometries.size(), options.is_small ? 4u : 8u);
     EXPECT_EQ(instances.size(), options.has_instances ? 4u : 1u);
     for (const uint64_t budget : kBudgets) {
       for (const Keep keep : {Keep::kByBudget, Keep::kLittle}) {
