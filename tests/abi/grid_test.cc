@@ -103,7 +103,7 @@ TEST(DropInGrids, OneWithoutAStrideHasOneRowOfCells) {
   const RTCScene scene = SceneOfGrid(s, {0, 0, 32767, 32767}, 32767);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
   EXPECT_EQ(CellsHit(s, scene), ".........");
-  EXPECT_LT(most, 4 << 20);
+  EXPECT_LT(most, 8 << 20);
   RTCBounds bounds;
   s.api.rtcGetSceneBounds(scene, &bounds);
   EXPECT_EQ(bounds.upper_x, 3);
