@@ -9,6 +9,7 @@
 
 #include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
+#include "rays/write_record-inl.h"
 #include "trace/group_hits-inl.h"
 #include "trace/stack_memory.h"
 #include "trace/trace_lone-inl.h"
@@ -47,7 +48,7 @@ HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
     if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
   } else if (ray.state & RayRecord::kHasHit) {
     uint32_t mesh;
-    RecordLayout::WriteRecord(task.HitOf(0, mesh), record);
+    WriteRecordAtOnce(task.HitOf(0, mesh), record);
   }
 }
 
@@ -66,7 +67,7 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
       if constexpr (kQuery == Query::kAny) {
         if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
       } else if (ray.state & RayRecord::kHasHit) {
-        RecordLayout::WriteRecord(tracer.Hit(packet.instance_value), record);
+        WriteRecordAtOnce(tracer.Hit(packet.instance_value), record);
       }
       return;
     }
