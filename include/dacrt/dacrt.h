@@ -70,9 +70,9 @@ class DACRT_API Device {
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack. For T
   /// triangles and N rays, of which W of the device's D threads trace pieces of R = min(N, 65,536),
   /// or fewer where threads would otherwise have none, they are about
-  ///     with a kept partition  W (152 R + 0.7 million)
-  ///                            + 6 T + 1.3 million + 1.2 million min(D, T / 32,768)
-  ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.7 million
+  ///     with a kept partition  W (152 R + 0.8 million)
+  ///                            + 6 T + 3.4 million + 1.2 million min(D, T / 32,768)
+  ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.8 million
   /// The second line is needed only by the first calls, while large subsets are split. With a kept
   /// partition it is at least what one thread needs for a piece of 1,024 rays, which is reserved
   /// when a scene is made. Calls of up to 256 rays over a kept partition, packets and single rays
