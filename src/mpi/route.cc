@@ -11,6 +11,9 @@ namespace {
 /// By how much bounds are widened, as a part of the largest number in sight on an axis; distances
 /// alike. Single precision rounds to less than 2^-24, and a triangle test rounds some ten times.
 constexpr double kSlack = 0x1p-18;
+/// And by how much at least: the engine widens the box of each triangle by half of it, so that of
+/// triangles as small as that hits beside them count.
+constexpr double kLeastSlack = 2e-20;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
@@ -39,8 +42,9 @@ double Entry(const Bounds& box, const Slabs& ray, double limit) {
     const double size =
         std::max({std::abs(static_cast<double>(box.lower[axis])),
                   std::abs(static_cast<double>(box.upper[axis])), std::abs(ray.org[axis])});
-    double begin = (box.lower[axis] - kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
-    double end = (box.upper[axis] + kSlack * size - ray.org[axis]) * ray.reciprocal[axis];
+    const double slack = kSlack * size + kLeastSlack;
+    double begin = (box.lower[axis] - slack - ray.org[axis]) * ray.reciprocal[axis];
+    double end = (box.upper[axis] + slack - ray.org[axis]) * ray.reciprocal[axis];
     if (begin > end) std::swap(begin, end);
     entry = std::max(entry, Earlier(begin));
     exit = std::min(exit, Later(end));
