@@ -67,48 +67,56 @@ TEST_P(Grids, OneThatReachesBeyondItsVerticesIsLeftOut) {
   }
 }
 
+/// The most memory that the device takes at once, from here on.
+class LargestTaken {
+ public:
+  explicit LargestTaken(const Session& s) : session_(s) {
+    s.api.rtcSetDeviceMemoryMonitorFunction(
+        s.device,
+        [](void* user, ssize_t bytes, bool) {
+          auto& largest = *static_cast<ssize_t*>(user);
+          largest = std::max(largest, bytes);
+          return true;
+        },
+        &bytes_);
+  }
+  ~LargestTaken() {
+    session_.api.rtcSetDeviceMemoryMonitorFunction(session_.device, nullptr, nullptr);
+  }
+  LargestTaken(const LargestTaken&) = delete;
+  LargestTaken& operator=(const LargestTaken&) = delete;
+
+  ssize_t bytes() const { return bytes_; }
+
+ private:
+  const Session& session_;
+  ssize_t bytes_ = 0;
+};
+
 // Its cells were checked one after the other, and room was made for each: 8 GB for a buffer of 12
 // bytes.
 TEST(DropInGrids, TheLargestOverAFewVerticesTakesNoMemory) {
   Session s(DropIn());
-  ssize_t most = 0;
-  s.api.rtcSetDeviceMemoryMonitorFunction(
-      s.device,
-      [](void* user, ssize_t bytes, bool) {
-        auto& largest = *static_cast<ssize_t*>(user);
-        largest = std::max(largest, bytes);
-        return true;
-      },
-      &most);
+  const LargestTaken most(s);
   const RTCScene scene = SceneOfGrid(s, {0, 4, 32767, 32767}, 16);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
   EXPECT_EQ(CellsHit(s, scene), ".........");
-  EXPECT_LT(most, 4 << 20);
-  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  EXPECT_LT(most.bytes(), 4 << 20);
 }
 
 // All rows of a grid without a stride are one: over 32767 vertices it asked for a billion cells,
 // none of which has an area.
 TEST(DropInGrids, OneWithoutAStrideHasOneRowOfCells) {
   Session s(DropIn());
-  ssize_t most = 0;
-  s.api.rtcSetDeviceMemoryMonitorFunction(
-      s.device,
-      [](void* user, ssize_t bytes, bool) {
-        auto& largest = *static_cast<ssize_t*>(user);
-        largest = std::max(largest, bytes);
-        return true;
-      },
-      &most);
+  const LargestTaken most(s);
   const RTCScene scene = SceneOfGrid(s, {0, 0, 32767, 32767}, 32767);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
   EXPECT_EQ(CellsHit(s, scene), ".........");
-  EXPECT_LT(most, 8 << 20);
+  EXPECT_LT(most.bytes(), 8 << 20);
   RTCBounds bounds;
   s.api.rtcGetSceneBounds(scene, &bounds);
   EXPECT_EQ(bounds.upper_x, 3);
   EXPECT_EQ(bounds.upper_y, 32766 / 4);
-  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
 
 TEST_P(Grids, WithoutAStrideAreNeverHit) {
