@@ -102,7 +102,11 @@ class Shapes {
     return geometries_[geometry].shape == Shape::kGrids ? CellOf(geometry, item).primitive : item;
   }
 
-  /// From the scene's space to the instanced one's. `time` matters to moving instances.
+  /// From the scene's space to the instanced one's, of an instance that does not move.
+  const AffineTransform& ToStillInstance(uint32_t geometry) const {
+    return derived_[geometry].to_instance;
+  }
+  /// The same. `time` matters to moving instances.
   AffineTransform ToInstance(uint32_t geometry, float time) const;
 
   /// Whether a call needs callbacks; those of instanced scenes are not looked at.

@@ -15,15 +15,49 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Calls `function(ray)` for the rays of a list that enter an item's own bounds and may meet it.
+/// The bounds of a block's items, a lane each; in lanes without one they mean nothing.
+HWY_INLINE WideBoxOf<EightPart> BoundsOfItems(const LeafBlock& block, size_t part) {
+  const float* const data = block.bounds_data() + part * kPartLanes;
+  WideBoxOf<EightPart> box;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = WidenDown(hn::LoadU(kEightTag, data + axis * block.lanes));
+    box.upper[axis] = WidenUp(hn::LoadU(kEightTag, data + (3 + axis) * block.lanes));
+  }
+  return box;
+}
+
+/// The items of a block that does not move whose bounds a ray enters, a bit each, and where.
+HWY_INLINE uint32_t EnterItems(const LeafBlock& block, const RayRecord& ray, float* entry) {
+  EightPart org[3], reciprocal[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    org[axis] = hn::Set(kEightTag, ray.org[axis]);
+    reciprocal[axis] = hn::Set(kEightTag, ray.reciprocal[axis]);
+  }
+  const EightPart tnear = hn::Set(kEightTag, ray.tnear), tfar = hn::Set(kEightTag, ray.tfar);
+  uint32_t entered = 0;
+  for (size_t part = 0; part < kParts; ++part) {
+    const auto interval = IntersectBox(BoundsOfItems(block, part), org, reciprocal);
+    entered |= static_cast<uint32_t>(Bits(kEightTag, Enters(interval, tnear, tfar)))
+               << (part * kPartLanes);
+    hn::Store(interval.entry, kEightTag, entry + part * kPartLanes);
+  }
+  return entered & ((1u << block.lanes) - 1);
+}
+
+/// Calls `function(ray)` for the rays of a list that enter the bounds of the item in a lane, and
+/// may meet it.
 template <class Function>
-HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& item,
-                                const RayNumber* list, size_t count, const Function& function) {
+HWY_INLINE void ForEachEntering(const TraceTask& task, const LeafBlock& block, size_t lane,
+                                const MeshTable::Name& item, const RayNumber* list, size_t count,
+                                const Function& function) {
   const Shapes& shapes = task.scene.meshes.shapes();
-  const bool is_moving = shapes.IsMoving(item.mesh);
   Box bounds;
-  if (HWY_LIKELY(!is_moving)) {
-    bounds = shapes.StillBounds(item.mesh, item.primitive);
+  if (HWY_LIKELY(!block.is_timed)) {
+    const float* const data = block.bounds_data() + lane;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis] = data[axis * block.lanes];
+      bounds.upper[axis] = data[(3 + axis) * block.lanes];
+    }
   } else if (!shapes.BoundItem(item.mesh, item.primitive, bounds)) {
     return;
   }
@@ -43,7 +77,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& it
     const auto enters = Enters(IntersectBox(box, org, reciprocal), hn::Set(kEightTag, ray.tnear),
                                hn::Set(kEightTag, ray.tfar));
     if (hn::AllFalse(kEightTag, enters)) continue;
-    if (HWY_UNLIKELY(is_moving) && !shapes.MomentAt(item.mesh, ray.time)) continue;
+    if (HWY_UNLIKELY(block.is_timed) && !shapes.MomentAt(item.mesh, ray.time)) continue;
     function(list[i]);
   }
 }

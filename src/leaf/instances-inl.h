@@ -8,11 +8,10 @@
 #endif
 
 #include <algorithm>
-#include <cmath>
 
 #include "leaf/entering-inl.h"
 #include "leaf/finish_hit-inl.h"
-#include "rays/load_records-inl.h"
+#include "leaf/instance_transform-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -34,17 +33,17 @@ class InstanceRays {
         inner_(task.instance_memory) {
     const Shapes& shapes = task.scene.meshes.shapes();
     is_moving_ = shapes.IsMoving(mesh);
-    SetTransform(shapes.ToInstance(mesh, 0));
+    transform_.Set(shapes.ToStillInstance(mesh));
   }
 
   void Add(RayNumber number) {
     const RayRecord& outer = task_.rays[number];
     if (is_moving_ && (count_ == 0 || outer.time != time_)) {
       time_ = outer.time;
-      SetTransform(task_.scene.meshes.shapes().ToInstance(mesh_, time_));
+      transform_.Set(task_.scene.meshes.shapes().ToInstance(mesh_, time_));
     }
     RayRecord& ray = inner_.rays[count_];
-    Transform(outer, ray);
+    transform_.Apply(outer, ray);
     if (HasFullHit(ray)) inner_.hits[count_] = task_.hits[number];
     if (ray.state & RayRecord::kInLeaf) ray.state |= RayRecord::kOfOuter;
     outer_[count_] = number;
@@ -107,55 +106,12 @@ class InstanceRays {
     task_.hits[outer_[i]] = hit;
   }
 
-  void SetTransform(const AffineTransform& transform) {
-    for (int i = 0; i < 4; ++i) std::copy_n(transform.column[i], 3, columns_[i]);
-  }
-
-#if HWY_NATIVE_FMA && HWY_TARGET != HWY_SCALAR
-  /// Writes a ray as it is in the instance. By vectors: what is stored in parts cannot be loaded as
-  /// a whole soon after.
-  HWY_INLINE void Transform(const RayRecord& outer, RayRecord& ray) const {
-    static_assert(kCornerParts == 1);
-    ray = outer;
-    const auto xyz = hn::FirstN(kCornerTag, 3);
-    const auto map = [&](const float* vector, CornerPart value) HWY_ATTR {
-      for (int i = 2; i >= 0; --i) {
-        value =
-            hn::MulAdd(hn::Set(kCornerTag, vector[i]), hn::Load(kCornerTag, columns_[i]), value);
-      }
-      return value;
-    };
-    // What stands behind each three values stays.
-    const auto put = [&](CornerPart value, const float* before, float* out) HWY_ATTR {
-      hn::Store(hn::IfThenElse(xyz, value, hn::Load(kCornerTag, before)), kCornerTag, out);
-    };
-    const auto dir = map(outer.dir, hn::Zero(kCornerTag));
-    put(map(outer.org, hn::Load(kCornerTag, columns_[3])), outer.org, ray.org);
-    put(dir, outer.dir, ray.dir);
-    put(SafeReciprocal(dir), outer.reciprocal, ray.reciprocal);
-  }
-#else
-  void Transform(const RayRecord& outer, RayRecord& ray) const {
-    ray = outer;
-    for (int axis = 0; axis < 3; ++axis) {
-      float org = columns_[3][axis], dir = 0;
-      for (int i = 2; i >= 0; --i) {
-        org = std::fma(outer.org[i], columns_[i][axis], org);
-        dir = std::fma(outer.dir[i], columns_[i][axis], dir);
-      }
-      ray.org[axis] = org;
-      ray.dir[axis] = dir;
-    }
-    SetReciprocals(ray);
-  }
-#endif
-
   const TraceTask& task_;
   const uint32_t mesh_;
   const SceneParts& scene_;
   const ListMemory memory_;
   const InstanceMemory& inner_;
-  HWY_ALIGN float columns_[4][4] = {};
+  InstanceTransform transform_;
   bool is_moving_;
   float time_ = 0;
   RayNumber outer_[InstanceMemory::kRays];

@@ -9,7 +9,8 @@
 //                   of prepared ones PreparedFacets behind them
 //   spheres, discs  float[4][lanes]: centre and radius
 //   oriented discs  float[7][lanes]: centre, radius, normal
-//   timed, user primitives, instances   nothing: they are asked for by name
+//   user primitives, instances   float[6][lanes]: their bounds
+//   timed           nothing: they are asked for by name
 #pragma once
 
 #include <cstddef>
@@ -74,9 +75,11 @@ struct alignas(4) LeafBlock {
         return 4 * sizeof(float) * lanes;
       case LeafKind::kOrientedDiscs:
         return 7 * sizeof(float) * lanes;
-      default:
-        return 0;
+      case LeafKind::kUser:
+      case LeafKind::kInstances:
+        return 6 * sizeof(float) * lanes;
     }
+    return 0;
   }
   /// Bytes from here to where the next block would stand.
   std::size_t Bytes() const { return (sizeof(LeafBlock) + DataBytes() + 3) / 4 * 4; }
@@ -92,6 +95,8 @@ struct alignas(4) LeafBlock {
     return *reinterpret_cast<const PreparedFacets*>(vertex_data() + 3 * kByLane);
   }
   const float* point_data() const { return reinterpret_cast<const float*>(this + 1); }
+  /// Lower x, y and z of all, then the upper ones.
+  const float* bounds_data() const { return point_data(); }
 
   /// Facets that do not move, and nothing else in the leaf: what most leaves are.
   bool IsPlain() const { return kind == LeafKind::kFacets && is_last && !is_timed; }

@@ -32,9 +32,9 @@ BlockKind KindOf(const MeshTable& meshes, uint32_t geometry) {
     case Shape::kOrientedDiscs:
       return {LeafKind::kOrientedDiscs, is_timed};
     case Shape::kUser:
-      return {LeafKind::kUser, true};
+      return {LeafKind::kUser, is_timed};
     case Shape::kInstance:
-      return {LeafKind::kInstances, true};
+      return {LeafKind::kInstances, is_timed};
     default:
       if (shapes.StepCount(geometry) == 2) return {LeafKind::kMovingFacets, false, geometry};
       return {LeafKind::kFacets, is_timed};
@@ -147,6 +147,17 @@ void WritePoints(const MeshTable& meshes, const BlockItems& items, LeafBlock& bl
   }
 }
 
+void WriteBounds(const MeshTable& meshes, const BlockItems& items, LeafBlock& block) {
+  float* const data = const_cast<float*>(block.bounds_data());
+  for (std::size_t i = 0; i < items.count; ++i) {
+    const Box& bounds = meshes.shapes().StillBounds(items.names[i].mesh, items.names[i].primitive);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      data[axis * items.count + i] = bounds.lower[axis];
+      data[(3 + axis) * items.count + i] = bounds.upper[axis];
+    }
+  }
+}
+
 void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems& items,
                 uint32_t first, bool is_last, SharedVertices shared, LeafBlock& block) {
   block = {};
@@ -163,7 +174,11 @@ void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems
   }
   block.lanes = static_cast<uint8_t>(items.count);
   for (std::size_t i = 0; i < items.count; ++i) block.items |= items.places[i] << (4 * i);
-  if (!kind.is_timed) WritePoints(meshes, items, block);
+  if (kind.is_timed) return;
+  if (kind.kind == LeafKind::kUser || kind.kind == LeafKind::kInstances) {
+    return WriteBounds(meshes, items, block);
+  }
+  WritePoints(meshes, items, block);
 }
 
 /// Writes the block of a leaf that holds nothing but still triangles, as nearly all do: WriteBlock

@@ -6,15 +6,19 @@
 
 namespace dacrt {
 
+bool ComesFirst(const NamedHit& a, const NamedHit& b, uint32_t no_instance) {
+  const auto name = [&](const NamedHit& hit) {
+    const bool in_instance = hit.hit.instance_id != no_instance;
+    return std::tuple(in_instance ? hit.hit.instance_id : hit.hit.geometry_id, hit.hit.geometry_id,
+                      hit.mesh, hit.hit.primitive_id, hit.hit.u, hit.hit.v);
+  };
+  return name(a) < name(b);
+}
+
 bool ComesFirst(const TraceTask& task, RayNumber number, const FullHit& found, uint32_t mesh) {
   uint32_t hit_mesh;
   const FullHit hit = task.HitOf(number, hit_mesh);
-  const auto name = [&](const FullHit& h, uint32_t of_mesh) {
-    const bool in_instance = h.instance_id != task.frame.no_instance;
-    return std::tuple(in_instance ? h.instance_id : h.geometry_id, h.geometry_id, of_mesh,
-                      h.primitive_id, h.u, h.v);
-  };
-  return name(found, mesh) < name(hit, hit_mesh);
+  return ComesFirst({found, mesh}, {hit, hit_mesh}, task.frame.no_instance);
 }
 
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,

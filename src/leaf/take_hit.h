@@ -52,9 +52,17 @@ inline void SetHit(RayRecord& ray, float key, uint32_t flags, uint32_t hit) {
   ray.tfar = std::min(key, ray.tfar);
 }
 
-/// Whether `found`, of `mesh`, comes before the hit that the ray has, by name: by the numbers of
-/// what stands in the scene itself, then by those in the instance. Cells of one grid differ in u
-/// and v only.
+struct NamedHit {
+  const FullHit& hit;
+  uint32_t mesh;  ///< of the mesh table of the scene in which it stands
+};
+
+/// Whether one hit comes before another by name: by the numbers of what stands in the scene itself,
+/// then by those in the instance. Cells of one grid differ in u and v only. `no_instance` is what
+/// hits outside of instances have.
+bool ComesFirst(const NamedHit& a, const NamedHit& b, uint32_t no_instance);
+
+/// Whether `found`, of `mesh`, comes so before the hit that the ray has.
 bool ComesFirst(const TraceTask& task, RayNumber ray, const FullHit& found, uint32_t mesh);
 
 /// Offers a ray a candidate. The ray has it for its hit then, unless one that it has is closer, its

@@ -29,7 +29,7 @@ void TestUserPrimitives(const TraceTask& task, const LeafBlock& block, const Ray
       CallUserFunction(kQuery, task, item.mesh, item.primitive, {rays, entered});
       entered = 0;
     };
-    ForEachEntering(task, item, list, count, [&](RayNumber ray) {
+    ForEachEntering(task, block, lane, item, list, count, [&](RayNumber ray) {
       if (kQuery == Query::kAny && task.rays[ray].tfar < 0) return;
       rays[entered++] = ray;
       if (entered == most) call();
@@ -45,7 +45,7 @@ void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumbe
   for (size_t lane = 0; lane < block.lanes; ++lane) {
     const MeshTable::Name item = NameOfLane(task, block, lane);
     InstanceRays<kQuery> entering(task, item.mesh, memory);
-    ForEachEntering(task, item, list, count, [&](RayNumber ray) { entering.Add(ray); });
+    ForEachEntering(task, block, lane, item, list, count, [&](RayNumber ray) { entering.Add(ray); });
     entering.Trace();
   }
 }

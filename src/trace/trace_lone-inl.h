@@ -1,5 +1,5 @@
-// A call of one ray, as long as it meets nothing but nodes and leaves of still facets: there is no
-// task yet, because to describe the call would cost as much as to answer it.
+// A call of one ray. There is no task, because to describe the call would cost as much as to answer
+// it: not before the ray comes to what only a task can be asked about.
 
 #if defined(DACRT_TRACE_TRACE_LONE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_TRACE_LONE_INL_H_
@@ -8,43 +8,98 @@
 #define DACRT_TRACE_TRACE_LONE_INL_H_
 #endif
 
-#include "trace/trace_one-inl.h"
+#include "leaf/lone_packet-inl.h"
+#include "trace/lone_hit-inl.h"
+#include "trace/trace_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// In scenes that are not robust, and for a ray that every mesh accepts.
+/// The call, from the scene itself to the instances in it.
+struct LoneCall {
+  LoneCall(const RayPacket& call_packet, const CallOptions& call_options, WorkspacePool& call_pool,
+           bool call_checks_masks)
+      : packet(call_packet),
+        options(call_options),
+        pool(call_pool),
+        checks_masks(call_checks_masks) {}
+
+  const RayPacket& packet;  ///< of one lane
+  const CallOptions& options;
+  WorkspacePool& pool;
+  const bool checks_masks;
+  bool in_instance = false;
+  LoneHit hit;  ///< of a closest-hit query
+};
+
+/// What may come in a ray's way.
+enum class LoneWay {
+  kPlain,   ///< facets that every ray meets, which is all that most scenes have
+  kAny,     ///< also what has to be asked about: masks, functions, instances, equal distances
+  kRobust,  ///< the same, in a robust scene
+};
+
+template <Query kQuery, LoneWay kWay>
+class LoneTracer;
+
+/// Traces the ray of a call through a scene, that of the call or one in an instance.
 template <Query kQuery>
+HWY_INLINE void TraceLone(LoneCall& call, const SceneParts& scene, uint32_t instance_id,
+                          RayRecord& ray) {
+  const Shapes& shapes = scene.meshes.shapes();
+  if (HWY_UNLIKELY(shapes.robust())) {
+    LoneTracer<kQuery, LoneWay::kRobust>(call, scene, instance_id, ray).TraceApart();
+  } else if (HWY_UNLIKELY(scene.has_callbacks || scene.has_instances || call.checks_masks ||
+                          !scene.kept)) {
+    LoneTracer<kQuery, LoneWay::kAny>(call, scene, instance_id, ray).TraceApart();
+  } else {
+    LoneTracer<kQuery, LoneWay::kPlain>(call, scene, instance_id, ray).Trace();
+  }
+}
+template <Query kQuery>
+HWY_NOINLINE void TraceLoneInInstance(LoneCall& call, const SceneParts& scene, uint32_t instance_id,
+                                      RayRecord& ray) {
+  TraceLone<kQuery>(call, scene, instance_id, ray);
+}
+
+template <Query kQuery, LoneWay kWay>
 class LoneTracer {
  public:
-  LoneTracer(const SceneParts& scene, RayRecord& ray)
-      : scene_(scene),
+  LoneTracer(LoneCall& call, const SceneParts& scene, uint32_t instance_id, RayRecord& ray)
+      : call_(call),
+        scene_(scene),
         partition_(scene.partition()),
+        instance_id_(instance_id),
         ray_(ray),
-        has_filters_(scene.meshes.shapes().has_filters()) {}
+        asks_(call.checks_masks || scene.meshes.shapes().has_filters()) {}
 
-  /// False if something else has been met: then `child` and `open` say where somebody else has to
-  /// go on, and the ray has the hits that were found before.
-  HWY_INLINE bool Trace(ChildWord& child, OpenChildren& open) {
-    const Host host{*this};
-    return WalkOne<kQuery>(partition_, ray_, child, open, host);
+  HWY_INLINE void Trace() {
+    OpenChildren open;
+    Resume(scene_.kept->root(), open);
+  }
+  HWY_NOINLINE void TraceApart() {
+    // Packets that callbacks see may be of more than one lane.
+    const bool calls_back_alone = call_.options.callback_width == 1 || !scene_.has_callbacks;
+    if (HWY_UNLIKELY(!scene_.kept || !calls_back_alone)) return TraceAsTask();
+    Trace();
   }
 
-  /// The hit that the ray has, of a closest-hit query.
-  HWY_INLINE FullHit Hit(uint32_t instance_id) const {
-    const size_t block_lane = ray_.state >> RayRecord::kLaneShift, i = block_lane % kPartLanes;
-    const MeshTable::Name name =
-        NameOfLane(scene_.meshes, partition_.order, *last_.block, block_lane);
-    const auto limited = [&](const float* values) {
-      return HWY_MIN(values[i] / last_.divisor[i], 1.0f);
-    };
-    return HitOf(scene_, instance_id, name, last_.block->second >> block_lane & 1, last_.t[i],
-                 limited(last_.u), limited(last_.v), last_.ng[0][i], last_.ng[1][i],
-                 last_.ng[2][i]);
+  /// From `child` and the open children on.
+  HWY_INLINE void Resume(ChildWord child, OpenChildren& open) {
+    if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, child, open, Host{*this}))) return;
+    if constexpr (kIsPlain) {
+      ResumeAsAny(child, open);
+    } else {
+      ResumeAsTask(child, open);
+    }
   }
 
  private:
+  /// A tracer that calls other functions and goes on then has fewer registers for its way.
+  static constexpr bool kIsPlain = kWay == LoneWay::kPlain;
+  static constexpr bool kIsRobust = kWay == LoneWay::kRobust;
+
   struct Host {
     HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
       return node.BareLeaves(entered) == 0;
@@ -54,106 +109,287 @@ class LoneTracer {
     LoneTracer& tracer;
   };
 
+  HWY_NOINLINE void ResumeAsAny(ChildWord child, OpenChildren& open) {
+    LoneTracer<kQuery, LoneWay::kAny>(call_, scene_, instance_id_, ray_).Resume(child, open);
+  }
+
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
-    if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
-    switch (LayoutOf(*block)) {
+    if (HWY_LIKELY(block != nullptr)) return TestFacets(*block);
+    if constexpr (kIsPlain) return WalkStep::kLeave;
+    return TestRow(leaf);
+  }
+
+  HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
+    switch (LayoutOf(block)) {
       case CornerLayout::kFew:
-        return TestBlock<CornerLayout::kFew>(leaf, *block);
+        return TestFacets<CornerLayout::kFew>(block);
       case CornerLayout::kPrepared:
-        return TestBlock<CornerLayout::kPrepared>(leaf, *block);
+        // The robust test wants the corners themselves.
+        if constexpr (!kIsRobust) return TestFacets<CornerLayout::kPrepared>(block);
+        [[fallthrough]];
       case CornerLayout::kByLane:
-        return TestBlock<CornerLayout::kByLane>(leaf, *block);
+        return TestFacets<CornerLayout::kByLane>(block);
       default:
-        return TestBlock<CornerLayout::kMany>(leaf, *block);
+        return TestFacets<CornerLayout::kMany>(block);
     }
   }
 
   template <CornerLayout kLayout>
-  HWY_INLINE WalkStep TestBlock(ChildWord leaf, const LeafBlock& block) {
+  HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) break;
-      const WalkStep step = TestPart(leaf, block, part, LeafCorners<kLayout>{block, part});
+      const LeafCorners<kLayout> corners{block, part};
+      const WalkStep step = TestPart(block, part, corners);
       if (step != WalkStep::kNext) return step;
     }
     return WalkStep::kNext;
   }
 
   template <class Corners>
-  HWY_INLINE WalkStep TestPart(ChildWord leaf, const LeafBlock& block, size_t part,
-                               const Corners& corners) {
+  HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part, const Corners& corners) {
     const auto triangles = corners.Triangles();
-    const FacetCrossing crossing = CrossFacets<false>(SpreadRay{ray_}, triangles, corners.Again());
+    const FacetCrossing crossing = CrossFacets<kIsRobust>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
-    if (HWY_UNLIKELY(has_filters_) && IsFiltered(block, crossing.lanes, part)) {
-      return WalkStep::kLeave;
-    }
+    if (!kIsPlain && asks_) return TakeAsking(block, part, crossing, triangles);
     if constexpr (kQuery == Query::kAny) {
-      if ((crossing.lanes & crossing.within_limit) == 0) return WalkStep::kNext;
-      ray_.tfar = -std::numeric_limits<float>::infinity();
-      return WalkStep::kStop;
+      return (crossing.lanes & crossing.within_limit) != 0 ? Block() : WalkStep::kNext;
     }
-    // Where names decide, others know them.
-    bool is_taken = false;
-    if (HWY_UNLIKELY(!Take(leaf, crossing, part, is_taken))) return WalkStep::kLeave;
-    if (is_taken) Keep(block, crossing, triangles);
+    HWY_ALIGN float keys[kPartLanes];
+    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+    float nearest = ray_.tfar;
+    size_t taken = kPartLanes;
+    for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
+      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+      if (HWY_LIKELY(keys[lane] < nearest)) {
+        nearest = keys[lane];
+        taken = lane;
+      } else if (HWY_UNLIKELY(IsNearAs(nearest, taken < kPartLanes, keys[lane],
+                                       (crossing.within_limit >> lane) & 1))) {
+        if constexpr (kIsPlain) return WalkStep::kLeave;
+        return TakeAsking(block, part, crossing, triangles);
+      }
+    }
+    if (taken == kPartLanes) return WalkStep::kNext;
+    SetHit(ray_, nearest, 0, 0);
+    call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles);
     return WalkStep::kNext;
   }
 
-  /// Whether a filter function is to be asked about a hit of one of some lanes.
-  HWY_NOINLINE bool IsFiltered(const LeafBlock& block, uint64_t lanes, size_t part) const {
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      const MeshTable::Name name =
-          NameOfLane(scene_.meshes, partition_.order, block, part * kPartLanes + lane);
-      if (FilterOf<kQuery>(scene_.meshes.shapes()[name.mesh])) return true;
-    }
-    return false;
+  /// Whether a hit at `key`, which is not below `nearest`, may be taken all the same.
+  HWY_INLINE bool IsNearAs(float nearest, bool has_taken, float key, bool within_limit) const {
+    const bool at_limit = !has_taken && (ray_.state & RayRecord::kAtLimit) != 0;
+    return CompareHits(key, within_limit, nearest, at_limit, true) != Closeness::kFarther;
   }
 
-  /// False if the ray has a hit that is as far away. Else `is_taken` says whether it has one of
-  /// these now.
-  HWY_INLINE bool Take(ChildWord leaf, const FacetCrossing& crossing, size_t part, bool& is_taken) {
+  HWY_INLINE WalkStep Block() {
+    ray_.tfar = -std::numeric_limits<float>::infinity();
+    return WalkStep::kStop;
+  }
+
+  HWY_INLINE bool Accepts(uint32_t mesh) const {
+    return !call_.checks_masks || (ray_.mask & scene_.meshes[mesh].mask) != 0;
+  }
+
+  /// Offers the ray the triangles that it meets, where names, masks or filter functions decide.
+  HWY_NOINLINE WalkStep TakeAsking(const LeafBlock& block, size_t part,
+                                   const FacetCrossing& crossing,
+                                   const TestTrianglesOf<EightPart>& triangles) {
+    LoneHit candidates;
+    candidates.Keep(scene_, instance_id_, block, part, 0, crossing, triangles);
     HWY_ALIGN float keys[kPartLanes];
     hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
-    for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
-      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      const Closeness closeness = Compare(ray_, keys[lane], (crossing.within_limit >> lane) & 1);
-      if (HWY_UNLIKELY(closeness == Closeness::kEqual)) return false;
+    // Near ones first, because a filter function may end the ray, and counts what it sees.
+    for (uint64_t lanes = crossing.lanes; lanes != 0;) {
+      const size_t lane = Nearest(lanes, keys);
+      lanes &= ~(uint64_t{1} << lane);
+      const bool within_limit = (crossing.within_limit >> lane) & 1;
+      const uint32_t mesh = candidates.NameOf(lane).mesh;
+      if (!Accepts(mesh)) continue;
+      const Callback& filter = FilterOf<kQuery>(scene_.meshes.shapes()[mesh]);
+      if constexpr (kQuery == Query::kAny) {
+        if (!within_limit) continue;
+        if (filter) {
+          FullHit hit = candidates.OfLane(lane);
+          if (!PassesFilter(filter, hit)) continue;
+        }
+        return Block();
+      }
+      const Closeness closeness = Compare(ray_, keys[lane], within_limit);
       if (closeness == Closeness::kFarther) continue;
-      const size_t block_lane = part * kPartLanes + lane;
-      SetHit(ray_, keys[lane],
-             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
-             leaf.bits());
-      is_taken = true;
+      FullHit hit = candidates.OfLane(lane);
+      if (closeness == Closeness::kEqual &&
+          !ComesFirst({hit, mesh}, {call_.hit.Get(), call_.hit.mesh()},
+                      call_.packet.instance_value)) {
+        continue;
+      }
+      float key = keys[lane];
+      if (filter) {
+        const float t = hit.t;
+        if (!PassesFilter(filter, hit)) continue;
+        if (hit.t != t) key = hit.t;
+      }
+      SetHit(ray_, key, 0, 0);
+      call_.hit.Set(hit, mesh);
     }
+    return WalkStep::kNext;
+  }
+
+  static HWY_INLINE size_t Nearest(uint64_t lanes, const float* distances) {
+    size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+    ForEachLane(lanes, [&](size_t lane) {
+      if (distances[lane] < distances[nearest]) nearest = lane;
+    });
+    return nearest;
+  }
+
+  HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
+    LonePacket packet(call_.packet, ray_, hit);
+    filter(packet.Arguments(kQuery, hit.geometry_id, hit.primitive_id, instance_id_,
+                            call_.options.call));
+    if (!packet.is_valid()) return false;
+    hit = packet.Hit();
     return true;
   }
 
-  HWY_INLINE void Keep(const LeafBlock& block, const FacetCrossing& crossing,
-                       const TestTrianglesOf<EightPart>& triangles) {
-    last_.block = &block;
-    hn::Store(crossing.t, kEightTag, last_.t);
-    hn::Store(crossing.u, kEightTag, last_.u);
-    hn::Store(crossing.v, kEightTag, last_.v);
-    hn::Store(crossing.divisor, kEightTag, last_.divisor);
-    for (int axis = 0; axis < 3; ++axis) {
-      hn::Store(triangles.ng[axis], kEightTag, last_.ng[axis]);
+  /// A leaf of several kinds, or of another one than facets.
+  HWY_NOINLINE WalkStep TestRow(ChildWord leaf) {
+    if (!leaf.IsBlock()) return WalkStep::kLeave;
+    const auto* const first = reinterpret_cast<const LeafBlock*>(
+        partition_.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    for (const LeafBlock* block = first;; block = block->Next()) {
+      if (block->is_timed || !IsKnown(block->kind)) return WalkStep::kLeave;
+      if (block->is_last) break;
+    }
+    for (const LeafBlock* block = first;; block = block->Next()) {
+      if (TestBlock(*block) == WalkStep::kStop) return WalkStep::kStop;
+      if (block->is_last) return WalkStep::kNext;
     }
   }
 
-  /// The triangles among which the ray's hit is, with what the triangle test found.
-  struct Last {
-    const LeafBlock* block;
-    HWY_ALIGN float t[kPartLanes], u[kPartLanes], v[kPartLanes], divisor[kPartLanes];
-    HWY_ALIGN float ng[3][kPartLanes];
-  };
+  static HWY_INLINE bool IsKnown(LeafKind kind) {
+    return kind == LeafKind::kFacets || kind == LeafKind::kUser || kind == LeafKind::kInstances;
+  }
 
+  HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
+    if (block.kind == LeafKind::kFacets) return TestFacets(block);
+    HWY_ALIGN float entry[kLeafLanes];
+    for (uint32_t entered = EnterItems(block, ray_, entry); entered != 0;) {
+      const size_t lane = Nearest(entered, entry);
+      entered &= ~(1u << lane);
+      if (!(entry[lane] <= ray_.tfar)) break;
+      const MeshTable::Name item = NameOfLane(scene_.meshes, partition_.order, block, lane);
+      if (!Accepts(item.mesh)) continue;
+      if (block.kind == LeafKind::kUser) {
+        CallUserFunction(item);
+      } else {
+        EnterInstance(item.mesh);
+      }
+      if (kQuery == Query::kAny && ray_.tfar < 0) return WalkStep::kStop;
+    }
+    return WalkStep::kNext;
+  }
+
+  HWY_INLINE void CallUserFunction(const MeshTable::Name& item) {
+    const Geometry& user = scene_.meshes.shapes()[item.mesh];
+    const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
+    if (!function) return;
+    const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
+    FullHit before = has_hit ? call_.hit.Get()
+                             : FullHit{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+    before.t = ray_.tfar;
+    LonePacket packet(call_.packet, ray_, before);
+    function(packet.Arguments(kQuery, user.geometry_id, item.primitive, instance_id_,
+                              call_.options.call));
+    const FullHit now = packet.Hit();
+    if constexpr (kQuery == Query::kAny) {
+      if (now.t < 0) ray_.tfar = now.t;
+      return;
+    }
+    if (HWY_LIKELY(IsSame(now, before))) return;
+    ray_.state = RayRecord::kHasHit;
+    ray_.tfar = std::min(ray_.tfar, now.t);
+    call_.hit.Set(now, item.mesh);
+  }
+
+  /// Whether a function has changed nothing. Value by value, as they stand in registers.
+  static HWY_INLINE bool IsSame(const FullHit& a, const FullHit& b) {
+    const auto differ = [](float x, float y) {
+      return std::bit_cast<uint32_t>(x) ^ std::bit_cast<uint32_t>(y);
+    };
+    return (differ(a.t, b.t) | differ(a.ng[0], b.ng[0]) | differ(a.ng[1], b.ng[1]) |
+            differ(a.ng[2], b.ng[2]) | differ(a.u, b.u) | differ(a.v, b.v) |
+            (a.primitive_id ^ b.primitive_id) | (a.geometry_id ^ b.geometry_id) |
+            (a.instance_id ^ b.instance_id)) == 0;
+  }
+
+  HWY_INLINE void EnterInstance(uint32_t mesh) {
+    if (call_.in_instance) return;  // There is one level of instances.
+    const Shapes& shapes = scene_.meshes.shapes();
+    InstanceTransform transform;
+    transform.Set(shapes.ToStillInstance(mesh));
+    RayRecord ray;
+    transform.Apply(ray_, ray);
+    call_.in_instance = true;
+    TraceLoneInInstance<kQuery>(call_, *shapes.InstancedScene(mesh),
+                                scene_.meshes[mesh].geometry_id, ray);
+    call_.in_instance = false;
+    ray_.tfar = ray.tfar;
+    ray_.state = ray.state;
+  }
+
+  /// All of the way.
+  HWY_NOINLINE void TraceAsTask() {
+    AsTask([](const TraceTask& task) { TraceRays<kQuery>(task, 1, ListMemory{}); });
+  }
+  /// The rest of it, from `child` and the open children on.
+  HWY_NOINLINE void ResumeAsTask(ChildWord child, OpenChildren& open) {
+    AsTask([&](const TraceTask& task) {
+      OneTracer<kQuery>(task).Resume(child, open, 0, ListMemory{});
+    });
+  }
+
+  template <class Trace>
+  HWY_INLINE void AsTask(const Trace& trace) {
+    const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
+    FullHit hit;
+    if (has_hit) {
+      hit = call_.hit.Get();
+      ray_.hit = call_.hit.mesh();
+    }
+    RayRecord instance_ray;
+    FullHit instance_hit;
+    uint32_t caller;
+    const CallFrame frame{nullptr, &call_.packet, 0, call_.options, call_.packet.instance_value};
+    SplitMemory split_memory(call_.pool);
+    const TraceTask task{scene_,
+                         partition_,
+                         &ray_,
+                         &hit,
+                         call_.checks_masks,
+                         /*keeps_leaf_hits=*/true,
+                         frame,
+                         split_memory,
+                         {&instance_ray, &instance_hit, &caller, call_.in_instance ? 0u : 1u},
+                         nullptr,
+                         FinishHit,
+                         instance_id_};
+    trace(task);
+    if constexpr (kQuery == Query::kClosest) {
+      if (!(ray_.state & RayRecord::kHasHit)) return;
+      uint32_t mesh;
+      const FullHit found = task.HitOf(0, mesh);
+      call_.hit.Set(found, mesh);
+      ray_.state &= ~RayRecord::kInLeaf;
+    }
+  }
+
+  LoneCall& call_;
   const SceneParts& scene_;
   const PartitionView partition_;
+  const uint32_t instance_id_;
   RayRecord& ray_;
-  const bool has_filters_;
-  Last last_;
+  const bool asks_;  ///< whether masks or filter functions may decide about hits
 };
 
 }  // namespace HWY_NAMESPACE

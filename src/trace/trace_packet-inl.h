@@ -19,39 +19,6 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// One ray, on its way already, through whatever may come.
-template <Query kQuery>
-HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
-                               const CallOptions& options, WorkspacePool& pool, RayRecord& ray,
-                               ChildWord child, OpenChildren& open) {
-  FullHit hit;
-  RayRecord instance_ray;
-  FullHit instance_hit;
-  uint32_t caller;
-  const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
-  SplitMemory split_memory(pool);
-  const TraceTask task{scene,
-                       scene.partition(),
-                       &ray,
-                       &hit,
-                       !scene.meshes.AllAccept(ray.mask),
-                       /*keeps_leaf_hits=*/true,
-                       frame,
-                       split_memory,
-                       {&instance_ray, &instance_hit, &caller, 1},
-                       nullptr,
-                       FinishHit,
-                       packet.instance_value};
-  OneTracer<kQuery>(task).Resume(child, open, 0, ListMemory{});
-  float* const record = static_cast<float*>(packet.values);
-  if constexpr (kQuery == Query::kAny) {
-    if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
-  } else if (ray.state & RayRecord::kHasHit) {
-    uint32_t mesh;
-    WriteRecordAtOnce(task.HitOf(0, mesh), record);
-  }
-}
-
 template <Query kQuery>
 void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                  WorkspacePool& pool) {
@@ -59,20 +26,13 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   RayRecord ray;
   if (packet.valid && *packet.valid != -1) return;
   if (!LoadRecord(record, packet.has_masks, ray)) return;
-  OpenChildren open;
-  ChildWord child = scene.kept->root();
-  if (HWY_LIKELY(!scene.meshes.shapes().robust() && scene.meshes.AllAccept(ray.mask))) {
-    LoneTracer<kQuery> tracer(scene, ray);
-    if (HWY_LIKELY(tracer.Trace(child, open))) {
-      if constexpr (kQuery == Query::kAny) {
-        if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
-      } else if (ray.state & RayRecord::kHasHit) {
-        WriteRecordAtOnce(tracer.Hit(packet.instance_value), record);
-      }
-      return;
-    }
+  LoneCall call(packet, options, pool, !scene.meshes.AllAccept(ray.mask));
+  TraceLone<kQuery>(call, scene, packet.instance_value, ray);
+  if constexpr (kQuery == Query::kAny) {
+    if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
+  } else if (ray.state & RayRecord::kHasHit) {
+    call.hit.Write(record);
   }
-  FinishSingle<kQuery>(scene, packet, options, pool, ray, child, open);
 }
 
 /// The lanes of a packet as one group.

@@ -220,15 +220,21 @@ void ExpectLeaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& nam
       const bool carries_both = KindOf(shape) == LeafKind::kFacets &&
                                 meshes.shapes().StepCount(name.mesh) == 2;
       ASSERT_EQ(block->kind, carries_both ? LeafKind::kMovingFacets : KindOf(shape));
-      const bool is_callback = shape == Shape::kUser || shape == Shape::kInstance;
-      ASSERT_EQ(block->is_timed,
-                is_callback || (meshes.shapes().IsMoving(name.mesh) && !carries_both));
+      ASSERT_EQ(block->is_timed, meshes.shapes().IsMoving(name.mesh) && !carries_both);
       const bool second = block->second >> lane & 1;
       if (!second) places.insert(place);
       if (block->is_timed) continue;
       if (block->kind == LeafKind::kFacets || carries_both) {
         ExpectTriangle(meshes, name, second, *block, lane, 0);
         if (carries_both) ExpectTriangle(meshes, name, second, *block, lane, 1);
+        continue;
+      }
+      if (shape == Shape::kUser || shape == Shape::kInstance) {
+        const Box& bounds = meshes.shapes().StillBounds(name.mesh, name.primitive);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          ASSERT_EQ(block->bounds_data()[axis * block->lanes + lane], bounds.lower[axis]);
+          ASSERT_EQ(block->bounds_data()[(3 + axis) * block->lanes + lane], bounds.upper[axis]);
+        }
         continue;
       }
       Point point;

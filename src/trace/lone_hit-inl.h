@@ -1,0 +1,91 @@
+// The closest hit of a call of one ray, on its way.
+
+#if defined(DACRT_TRACE_LONE_HIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_LONE_HIT_INL_H_
+#undef DACRT_TRACE_LONE_HIT_INL_H_
+#else
+#define DACRT_TRACE_LONE_HIT_INL_H_
+#endif
+
+#include "leaf/cross_facets-inl.h"
+#include "leaf/finish_hit-inl.h"
+#include "rays/write_record-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+/// Either among the triangles of a leaf, with what the triangle test has found, because a nearer
+/// one may follow; or as it is.
+class LoneHit {
+ public:
+  LoneHit() {}  // nothing is cleared
+
+  /// The triangle in a lane of a part of a block.
+  HWY_INLINE void Keep(const SceneParts& scene, uint32_t instance_id, const LeafBlock& block,
+                       size_t part, size_t lane, const FacetCrossing& crossing,
+                       const TestTrianglesOf<EightPart>& triangles) {
+    scene_ = &scene;
+    instance_id_ = instance_id;
+    block_ = &block;
+    part_ = part;
+    lane_ = lane;
+    hn::Store(crossing.t, kEightTag, t_);
+    hn::Store(crossing.u, kEightTag, u_);
+    hn::Store(crossing.v, kEightTag, v_);
+    hn::Store(crossing.divisor, kEightTag, divisor_);
+    for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng_[axis]);
+  }
+
+  HWY_INLINE void Set(const FullHit& hit, uint32_t mesh) {
+    block_ = nullptr;
+    hit_ = hit;
+    mesh_ = mesh;
+  }
+
+  HWY_INLINE FullHit Get() const { return HWY_LIKELY(block_ != nullptr) ? OfLane(lane_) : hit_; }
+
+  /// Writes it to a record that the caller will look at at once. What was just computed goes from
+  /// registers there.
+  HWY_INLINE void Write(float* record) const {
+    if (HWY_LIKELY(block_ != nullptr)) {
+      WriteRecordAtOnce(OfLane(lane_), record);
+    } else {
+      WriteRecordAtOnce(hit_, record);
+    }
+  }
+
+  /// What a hit of another lane of the triangles that were kept last would be.
+  HWY_INLINE FullHit OfLane(size_t lane) const {
+    const size_t block_lane = part_ * kPartLanes + lane;
+    const auto limited = [&](const float* values) {
+      return HWY_MIN(values[lane] / divisor_[lane], 1.0f);
+    };
+    return HitOf(*scene_, instance_id_, NameOf(lane), block_->second >> block_lane & 1, t_[lane],
+                 limited(u_), limited(v_), ng_[0][lane], ng_[1][lane], ng_[2][lane]);
+  }
+
+  HWY_INLINE MeshTable::Name NameOf(size_t lane) const {
+    return NameOfLane(scene_->meshes, scene_->kept->triangles().data(), *block_,
+                      part_ * kPartLanes + lane);
+  }
+
+  /// The mesh that was hit, of the scene in which it stands.
+  uint32_t mesh() const { return block_ != nullptr ? NameOf(lane_).mesh : mesh_; }
+
+ private:
+  const SceneParts* scene_;
+  uint32_t instance_id_;
+  const LeafBlock* block_ = nullptr;
+  size_t part_, lane_;
+  HWY_ALIGN float t_[kPartLanes], u_[kPartLanes], v_[kPartLanes], divisor_[kPartLanes];
+  HWY_ALIGN float ng_[3][kPartLanes];
+  FullHit hit_;
+  uint32_t mesh_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_LONE_HIT_INL_H_
