@@ -17,14 +17,14 @@ namespace HWY_NAMESPACE {
 
 /// Calls `function(ray)` for the rays of a list that enter an item's own bounds and may meet it.
 template <class Function>
-HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& item,
+HWY_INLINE void ForEachEntering(const TraceTask& task, const GeometryTable::Name& item,
                                 const RayNumber* list, size_t count, const Function& function) {
-  const Shapes& shapes = task.scene.meshes.shapes();
-  const bool is_moving = shapes.IsMoving(item.mesh);
+  const Shapes& shapes = task.scene.geometries.shapes();
+  const bool is_moving = shapes.IsMoving(item.geometry);
   Box bounds;
   if (HWY_LIKELY(!is_moving)) {
-    bounds = shapes.StillBounds(item.mesh, item.primitive);
-  } else if (!shapes.BoundItem(item.mesh, item.primitive, bounds)) {
+    bounds = shapes.StillBounds(item.geometry, item.primitive);
+  } else if (!shapes.BoundItem(item.geometry, item.primitive, bounds)) {
     return;
   }
   WideBoxOf<EightPart> box;
@@ -34,7 +34,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& it
   }
   for (size_t i = 0; i < count; ++i) {
     const RayRecord& ray = task.rays[list[i]];
-    if (!MayMeet(task, ray, item.mesh)) continue;
+    if (!MayMeet(task, ray, item.geometry)) continue;
     EightPart org[3], reciprocal[3];
     for (int axis = 0; axis < 3; ++axis) {
       org[axis] = hn::Set(kEightTag, ray.org[axis]);
@@ -43,7 +43,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const MeshTable::Name& it
     const auto enters = Enters(IntersectBox(box, org, reciprocal), hn::Set(kEightTag, ray.tnear),
                                hn::Set(kEightTag, ray.tfar));
     if (hn::AllFalse(kEightTag, enters)) continue;
-    if (HWY_UNLIKELY(is_moving) && !shapes.MomentAt(item.mesh, ray.time)) continue;
+    if (HWY_UNLIKELY(is_moving) && !shapes.MomentAt(item.geometry, ray.time)) continue;
     function(list[i]);
   }
 }

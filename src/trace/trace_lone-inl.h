@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// In scenes that are not robust, and for a ray that every mesh accepts.
+/// In scenes that are not robust, and for a ray that every geometry accepts.
 template <Query kQuery>
 class LoneTracer {
  public:
@@ -22,7 +22,7 @@ class LoneTracer {
       : scene_(scene),
         partition_(scene.partition()),
         ray_(ray),
-        has_filters_(scene.meshes.shapes().has_filters()) {}
+        has_filters_(scene.geometries.shapes().has_filters()) {}
 
   /// False if something else has been met: then `child` and `open` say where somebody else has to
   /// go on, and the ray has the hits that were found before.
@@ -34,8 +34,8 @@ class LoneTracer {
   /// The hit that the ray has, of a closest-hit query.
   HWY_INLINE FullHit Hit(uint32_t instance_id) const {
     const size_t block_lane = ray_.state >> RayRecord::kLaneShift, i = block_lane % kPartLanes;
-    const MeshTable::Name name =
-        NameOfLane(scene_.meshes, partition_.order, *last_.block, block_lane);
+    const GeometryTable::Name name =
+        NameOfLane(scene_.geometries, partition_.order, *last_.block, block_lane);
     const auto limited = [&](const float* values) {
       return HWY_MIN(values[i] / last_.divisor[i], 1.0f);
     };
@@ -104,9 +104,9 @@ class LoneTracer {
   HWY_NOINLINE bool IsFiltered(const LeafBlock& block, uint64_t lanes, size_t part) const {
     for (; lanes != 0; lanes &= lanes - 1) {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      const MeshTable::Name name =
-          NameOfLane(scene_.meshes, partition_.order, block, part * kPartLanes + lane);
-      if (FilterOf<kQuery>(scene_.meshes.shapes()[name.mesh])) return true;
+      const GeometryTable::Name name =
+          NameOfLane(scene_.geometries, partition_.order, block, part * kPartLanes + lane);
+      if (FilterOf<kQuery>(scene_.geometries.shapes()[name.geometry])) return true;
     }
     return false;
   }

@@ -34,7 +34,7 @@ HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
                        scene.partition(),
                        &ray,
                        &hit,
-                       !scene.meshes.AllAccept(ray.mask),
+                       !scene.geometries.AllAccept(ray.mask),
                        /*keeps_leaf_hits=*/true,
                        frame,
                        split_memory,
@@ -47,8 +47,8 @@ HWY_NOINLINE void FinishSingle(const SceneParts& scene, const RayPacket& packet,
   if constexpr (kQuery == Query::kAny) {
     if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
   } else if (ray.state & RayRecord::kHasHit) {
-    uint32_t mesh;
-    WriteRecordAtOnce(task.HitOf(0, mesh), record);
+    uint32_t geometry;
+    WriteRecordAtOnce(task.HitOf(0, geometry), record);
   }
 }
 
@@ -61,7 +61,7 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   if (!LoadRecord(record, packet.has_masks, ray)) return;
   OpenChildren open;
   ChildWord child = scene.kept->root();
-  if (HWY_LIKELY(!scene.meshes.shapes().robust() && scene.meshes.AllAccept(ray.mask))) {
+  if (HWY_LIKELY(!scene.geometries.shapes().robust() && scene.geometries.AllAccept(ray.mask))) {
     LoneTracer<kQuery> tracer(scene, ray);
     if (HWY_LIKELY(tracer.Trace(child, open))) {
       if constexpr (kQuery == Query::kAny) {
@@ -89,7 +89,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  scene.partition(),
                  memory.rays,
                  memory.hits,
-                 !scene.meshes.AllAccept(lanes.CommonMask(active)),
+                 !scene.geometries.AllAccept(lanes.CommonMask(active)),
                  /*keeps_leaf_hits=*/true,
                  frame,
                  split_memory,

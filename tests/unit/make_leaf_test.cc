@@ -88,12 +88,12 @@ class AllShapes {
     return geometry;
   }
 
-  MeshTable Table(const std::vector<Geometry>& geometries) const {
+  GeometryTable Table(const std::vector<Geometry>& geometries) const {
     std::vector<const SceneParts*> scenes;
     for (const Geometry& geometry : geometries) {
       scenes.push_back(geometry.shape == Shape::kInstance ? &inner_ : nullptr);
     }
-    return MeshTable(geometries, scenes, false);
+    return GeometryTable(geometries, scenes, false);
   }
 
   const std::vector<float>& corners() const { return corners_; }
@@ -104,7 +104,7 @@ class AllShapes {
   std::vector<float> corners_, later_, points_, normals_;
   std::vector<uint32_t> indices_;
   std::vector<GridPrimitive> grids_;
-  SceneParts inner_{MeshTable(std::span<const TriangleMesh>())};
+  SceneParts inner_{GeometryTable(std::span<const TriangleMesh>())};
 };
 
 constexpr Shape kShapes[] = {Shape::kTriangles, Shape::kQuads,         Shape::kGrids,
@@ -114,16 +114,16 @@ constexpr Shape kShapes[] = {Shape::kTriangles, Shape::kQuads,         Shape::kG
 /// A leaf in memory that ends at a page that may not be touched.
 class Leaf {
  public:
-  Leaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& names, uint32_t first = 0,
-       SharedVertices shared = SharedVertices::kFind)
+  Leaf(const GeometryTable& table, const std::vector<GeometryTable::Name>& names,
+       uint32_t first = 0, SharedVertices shared = SharedVertices::kFind)
       : memory_(kMostLeafBytes, 64) {
     std::memset(memory_.data(), 0xA5, kMostLeafBytes);
     order.assign(first, 0);
-    for (const MeshTable::Name& name : names) {
-      order.push_back(meshes.Number(name.mesh, name.primitive));
+    for (const GeometryTable::Name& name : names) {
+      order.push_back(table.Number(name.geometry, name.primitive));
     }
     order.back() |= KeptOrder::kLastOfLeaf;
-    bytes = MakeLeaf(meshes, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
+    bytes = MakeLeaf(table, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
   }
 
   std::vector<const LeafBlock*> Blocks() const {
@@ -182,12 +182,12 @@ LeafKind KindOf(Shape shape) {
 }
 
 /// The corners of a facet's first or second triangle.
-void ExpectTriangle(const MeshTable& meshes, const MeshTable::Name& name, bool second,
+void ExpectTriangle(const GeometryTable& table, const GeometryTable::Name& name, bool second,
                     const LeafBlock& block, std::size_t lane, uint32_t step) {
   Facet facet;
-  ASSERT_TRUE(meshes.shapes().ReadFacet(name.mesh, name.primitive, step, facet));
+  ASSERT_TRUE(table.shapes().ReadFacet(name.geometry, name.primitive, step, facet));
   constexpr int kTriangle[3] = {0, 1, 2}, kFirst[3] = {0, 1, 3}, kSecond[3] = {2, 3, 1};
-  const bool is_triangle = meshes.shapes()[name.mesh].shape == Shape::kTriangles;
+  const bool is_triangle = table.shapes()[name.geometry].shape == Shape::kTriangles;
   const int* const corners = is_triangle ? kTriangle : second ? kSecond : kFirst;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     EXPECT_TRUE(SameVertex(CornerOf(block, lane, corner, step), facet.corner[corners[corner]]))
@@ -196,7 +196,7 @@ void ExpectTriangle(const MeshTable& meshes, const MeshTable::Name& name, bool s
 }
 
 /// Every item of the leaf stands in the block of its kind, and each block says what it holds.
-void ExpectLeaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& names,
+void ExpectLeaf(const GeometryTable& table, const std::vector<GeometryTable::Name>& names,
                 const Leaf& leaf, uint32_t first) {
   ASSERT_EQ(leaf.bytes, leaf.EndOfBlocks());
   ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
@@ -210,29 +210,29 @@ void ExpectLeaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& nam
     const uint32_t apart = block->kind == LeafKind::kMovingFacets ? block->geometry : 0;
     ASSERT_TRUE(kinds.emplace(block->kind, block->is_timed, apart).second)
         << "two blocks of a kind";
-    std::set<uint32_t> meshes_of_block;
+    std::set<uint32_t> geometries_of_block;
     for (std::size_t lane = 0; lane < block->lanes; ++lane) {
       const uint32_t place = block->PlaceOf(lane) - first;
       ASSERT_LT(place, names.size());
-      const MeshTable::Name name = names[place];
-      const Shape shape = meshes.shapes()[name.mesh].shape;
-      meshes_of_block.insert(name.mesh);
-      const bool carries_both = KindOf(shape) == LeafKind::kFacets &&
-                                meshes.shapes().StepCount(name.mesh) == 2;
+      const GeometryTable::Name name = names[place];
+      const Shape shape = table.shapes()[name.geometry].shape;
+      geometries_of_block.insert(name.geometry);
+      const bool carries_both =
+          KindOf(shape) == LeafKind::kFacets && table.shapes().StepCount(name.geometry) == 2;
       ASSERT_EQ(block->kind, carries_both ? LeafKind::kMovingFacets : KindOf(shape));
       const bool is_callback = shape == Shape::kUser || shape == Shape::kInstance;
       ASSERT_EQ(block->is_timed,
-                is_callback || (meshes.shapes().IsMoving(name.mesh) && !carries_both));
+                is_callback || (table.shapes().IsMoving(name.geometry) && !carries_both));
       const bool second = block->second >> lane & 1;
       if (!second) places.insert(place);
       if (block->is_timed) continue;
       if (block->kind == LeafKind::kFacets || carries_both) {
-        ExpectTriangle(meshes, name, second, *block, lane, 0);
-        if (carries_both) ExpectTriangle(meshes, name, second, *block, lane, 1);
+        ExpectTriangle(table, name, second, *block, lane, 0);
+        if (carries_both) ExpectTriangle(table, name, second, *block, lane, 1);
         continue;
       }
       Point point;
-      meshes.shapes().ReadPoint(name.mesh, name.primitive, Moment{}, point);
+      table.shapes().ReadPoint(name.geometry, name.primitive, Moment{}, point);
       const float* const data = block->point_data();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         ASSERT_EQ(data[axis * block->lanes + lane], point.center[axis]);
@@ -243,8 +243,8 @@ void ExpectLeaf(const MeshTable& meshes, const std::vector<MeshTable::Name>& nam
         ASSERT_EQ(data[(4 + axis) * block->lanes + lane], point.normal[axis]);
       }
     }
-    if (meshes_of_block.size() == 1) {
-      EXPECT_EQ(block->geometry, *meshes_of_block.begin());
+    if (geometries_of_block.size() == 1) {
+      EXPECT_EQ(block->geometry, *geometries_of_block.begin());
     } else {
       EXPECT_EQ(block->geometry, LeafBlock::kSeveral);
     }
@@ -258,19 +258,18 @@ TEST(MakeLeafTest, EachShapeAlone) {
   const AllShapes all(1);
   for (const Shape shape : kShapes) {
     for (const bool moves : {false, true}) {
-      const MeshTable meshes = all.Table({all.Make(shape, 0, moves)});
-      const std::size_t most =
-          shape == Shape::kInstance ? 1 : kLeafLanes / meshes.LanesOf(0);
+      const GeometryTable table = all.Table({all.Make(shape, 0, moves)});
+      const std::size_t most = shape == Shape::kInstance ? 1 : kLeafLanes / table.LanesOf(0);
       for (std::size_t count = 1; count <= most; ++count) {
         for (const uint32_t first : {0u, 5u}) {
           SCOPED_TRACE("shape " + std::to_string(static_cast<int>(shape)) + ", " +
                        std::to_string(count) + (moves ? " that move" : ""));
-          std::vector<MeshTable::Name> names;
+          std::vector<GeometryTable::Name> names;
           for (uint32_t i = 0; i < count; ++i) names.push_back({0, (7 * i + 3) % 40});
           if (shape == Shape::kInstance) names = {{0, 0}};
           for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
-            const Leaf leaf(meshes, names, first, shared);
-            ExpectLeaf(meshes, names, leaf, first);
+            const Leaf leaf(table, names, first, shared);
+            ExpectLeaf(table, names, leaf, first);
             ASSERT_EQ(leaf.Blocks().size(), 1u);
             if (HasFatalFailure()) return;
           }
@@ -292,11 +291,11 @@ TEST(MakeLeafTest, MixedLeavesOfEveryShape) {
       }
     }
   }
-  const MeshTable meshes = all.Table(geometries);
+  const GeometryTable table = all.Table(geometries);
   Random random(3);
   std::size_t most_blocks = 0, most_bytes = 0;
   for (int round = 0; round < 20000; ++round) {
-    std::vector<MeshTable::Name> names;
+    std::vector<GeometryTable::Name> names;
     std::set<std::pair<uint32_t, uint32_t>> taken;
     std::size_t lanes = 0;
     // Some rounds take from a few geometries only.
@@ -304,13 +303,13 @@ TEST(MakeLeafTest, MixedLeavesOfEveryShape) {
     const uint32_t begin = random.Below(static_cast<uint32_t>(geometries.size()));
     for (int tries = 0; tries < 20 && lanes < kLeafLanes; ++tries) {
       const uint32_t mesh = (begin + random.Below(some)) % geometries.size();
-      const uint32_t item = random.Below(static_cast<uint32_t>(meshes[mesh].triangle_count));
-      if (lanes + meshes.LanesOf(mesh) > kLeafLanes || !taken.emplace(mesh, item).second) continue;
-      lanes += meshes.LanesOf(mesh);
+      const uint32_t item = random.Below(static_cast<uint32_t>(table[mesh].triangle_count));
+      if (lanes + table.LanesOf(mesh) > kLeafLanes || !taken.emplace(mesh, item).second) continue;
+      lanes += table.LanesOf(mesh);
       names.push_back({mesh, item});
     }
-    const Leaf leaf(meshes, names, 0, round % 2 ? SharedVertices::kFind : SharedVertices::kRepeat);
-    ExpectLeaf(meshes, names, leaf, 0);
+    const Leaf leaf(table, names, 0, round % 2 ? SharedVertices::kFind : SharedVertices::kRepeat);
+    ExpectLeaf(table, names, leaf, 0);
     if (HasFatalFailure()) return;
     most_blocks = std::max(most_blocks, leaf.Blocks().size());
     most_bytes = std::max(most_bytes, leaf.bytes);
@@ -328,7 +327,7 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
       geometries.push_back(all.Make(shape, static_cast<uint32_t>(geometries.size()), moves));
     }
   }
-  const MeshTable meshes = all.Table(geometries);
+  const GeometryTable table = all.Table(geometries);
   std::size_t largest = 0;
   // Every number of triangles, and of each kind of points, in eight lanes; the rest is some that
   // move, a block each.
@@ -336,7 +335,7 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
     for (uint32_t oriented = 0; triangles + oriented <= 8; ++oriented) {
       for (uint32_t spheres = 0; triangles + oriented + spheres <= 8; ++spheres) {
         for (uint32_t discs = 0; triangles + oriented + spheres + discs <= 8; ++discs) {
-          std::vector<MeshTable::Name> names;
+          std::vector<GeometryTable::Name> names;
           const auto add = [&](uint32_t mesh, uint32_t count) {
             for (uint32_t i = 0; i < count; ++i) names.push_back({mesh, i});
           };
@@ -348,9 +347,9 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
             if (names.size() < 8) add(mesh, 1);
           }
           for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
-            const Leaf leaf(meshes, names, 0, shared);
+            const Leaf leaf(table, names, 0, shared);
             ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
-            ExpectLeaf(meshes, names, leaf, 0);
+            ExpectLeaf(table, names, leaf, 0);
             if (HasFatalFailure()) return;
             largest = std::max(largest, leaf.bytes);
           }
@@ -369,10 +368,10 @@ LeafBlock BlockOf(const std::vector<Float3>& vertices,
   mesh.vertices = vertices;
   mesh.triangles = triangles;
   const TriangleMesh view = mesh.View();
-  const MeshTable meshes({&view, 1});
-  std::vector<MeshTable::Name> names;
+  const GeometryTable table({&view, 1});
+  std::vector<GeometryTable::Name> names;
   for (uint32_t i = 0; i < triangles.size(); ++i) names.push_back({0, i});
-  const Leaf leaf(meshes, names);
+  const Leaf leaf(table, names);
   const LeafBlock& block = *leaf.Blocks()[0];
   if (corners) {
     for (std::size_t lane = 0; lane < block.lanes; ++lane) {
@@ -407,11 +406,11 @@ TEST(MakeLeafTest, RepeatedVerticesStandByLane) {
   const AllShapes all(5);
   for (const bool moves : {false, true}) {
     for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
-      const MeshTable meshes = all.Table({all.Make(shape, 0, moves)});
-      for (std::size_t count = 1; count <= kLeafLanes / meshes.LanesOf(0); ++count) {
-        std::vector<MeshTable::Name> names;
+      const GeometryTable table = all.Table({all.Make(shape, 0, moves)});
+      for (std::size_t count = 1; count <= kLeafLanes / table.LanesOf(0); ++count) {
+        std::vector<GeometryTable::Name> names;
         for (uint32_t i = 0; i < count; ++i) names.push_back({0, i});
-        const Leaf leaf(meshes, names, 0, SharedVertices::kRepeat);
+        const Leaf leaf(table, names, 0, SharedVertices::kRepeat);
         const LeafBlock& block = *leaf.Blocks()[0];
         if (block.is_timed) continue;
         ASSERT_EQ(block.vertices, LeafBlock::kByLane);
@@ -467,8 +466,8 @@ TEST(MakeLeafTest, IndicesThatAreNoLongerLegalGiveTrianglesOfNoArea) {
   mesh.triangles[0][1] = 6;
   mesh.triangles.push_back({UINT32_MAX, 0, 1});
   const TriangleMesh view = mesh.View();
-  const MeshTable meshes({&view, 1});
-  const Leaf leaf(meshes, {{0, 0}, {0, 1}, {0, 2}});
+  const GeometryTable table({&view, 1});
+  const Leaf leaf(table, {{0, 0}, {0, 1}, {0, 2}});
   const LeafBlock& block = *leaf.Blocks()[0];
   ASSERT_EQ(block.lanes, 3u);
   for (const std::size_t lane : {0u, 2u}) {
@@ -486,12 +485,12 @@ TEST(MakeLeafTest, EndsAtTheMarkOrAtTheMost) {
   Random random(5);
   const unit::Mesh mesh = unit::MakeSoup(random, 20, 1, 1);
   const TriangleMesh view = mesh.View();
-  const MeshTable meshes({&view, 1});
+  const GeometryTable table({&view, 1});
   std::vector<uint32_t> order(20);
   for (uint32_t i = 0; i < 20; ++i) order[i] = i;
   alignas(64) std::byte blocks[kMostLeafBytes];
   const auto lanes = [&](uint32_t first, std::size_t most) {
-    MakeLeaf(meshes, order.data(), first, most, SharedVertices::kRepeat, blocks);
+    MakeLeaf(table, order.data(), first, most, SharedVertices::kRepeat, blocks);
     return std::size_t{reinterpret_cast<const LeafBlock*>(blocks)->lanes};
   };
   for (std::size_t most = 1; most <= kLeafLanes; ++most) EXPECT_EQ(lanes(2, most), most);
