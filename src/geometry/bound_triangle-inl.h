@@ -23,14 +23,15 @@ struct CornerBox {
   Corner upper;
 };
 
-/// Loads the corners of a triangle of a mesh of still triangles, three coordinates each with something behind.
-/// False if that takes another way: an index is outside the vertices, or the last one, behind which
-/// there may be nothing.
-HWY_INLINE bool LoadCorners(const MeshTable& meshes, MeshTable::Name name, Corner* corners) {
-  if (HWY_UNLIKELY(!meshes.HasTriangles(name.mesh))) return false;
-  const TriangleMesh& mesh = meshes[name.mesh];
+/// Loads the corners of a triangle of a geometry of still triangles, three coordinates each with
+/// something behind. False if that takes another way: an index is outside the vertices, or the last
+/// one, behind which there may be nothing.
+HWY_INLINE bool LoadCorners(const GeometryTable& geometries, GeometryTable::Name name,
+                            Corner* corners) {
+  if (HWY_UNLIKELY(!geometries.HasTriangles(name.geometry))) return false;
+  const TriangleMesh& mesh = geometries[name.geometry];
   uint32_t index[3];
-  memcpy(index, meshes.IndicesOf(name.mesh, name.primitive), sizeof(index));
+  memcpy(index, geometries.IndicesOf(name.geometry, name.primitive), sizeof(index));
   for (int i = 0; i < 3; ++i) {
     // With a stride of 0 every vertex is the last one.
     if (size_t{index[i]} + 1 >= mesh.vertex_count || mesh.vertex_stride == 0) return false;
@@ -45,11 +46,11 @@ HWY_INLINE CornerBox BoundCorners(const Corner* c) {
 }
 
 /// Bounds of a triangle that can be hit.
-HWY_INLINE CornerBox BoundUsable(const MeshTable& meshes, MeshTable::Name name) {
+HWY_INLINE CornerBox BoundUsable(const GeometryTable& geometries, GeometryTable::Name name) {
   Corner corners[3];
-  if (HWY_LIKELY(LoadCorners(meshes, name, corners))) return BoundCorners(corners);
+  if (HWY_LIKELY(LoadCorners(geometries, name, corners))) return BoundCorners(corners);
   TriangleRef ref{};
-  BoundTriangle(meshes, name, ref);
+  BoundTriangle(geometries, name, ref);
   return {Corner::Load(ref.lower), Corner::Load(ref.upper)};
 }
 
@@ -70,14 +71,15 @@ HWY_INLINE bool IsUsable(const Corner* corners) {
 }
 
 /// Bounds of a triangle, if it can be hit.
-HWY_INLINE bool BoundIfUsable(const MeshTable& meshes, MeshTable::Name name, CornerBox& box) {
+HWY_INLINE bool BoundIfUsable(const GeometryTable& geometries, GeometryTable::Name name,
+                              CornerBox& box) {
   Corner corners[3];
-  if (HWY_LIKELY(LoadCorners(meshes, name, corners))) {
+  if (HWY_LIKELY(LoadCorners(geometries, name, corners))) {
     box = BoundCorners(corners);
     return IsUsable(corners);
   }
   TriangleRef ref;
-  if (!BoundTriangle(meshes, name, ref)) return false;
+  if (!BoundTriangle(geometries, name, ref)) return false;
   box = {Corner::Load(ref.lower), Corner::Load(ref.upper)};
   return true;
 }

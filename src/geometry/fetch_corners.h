@@ -6,19 +6,19 @@
 #include <cstdint>
 #include <cstring>
 
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 
 namespace dacrt {
 
-inline void FetchIndices(const MeshTable& meshes, MeshTable::Name name) {
-  hwy::Prefetch(meshes.IndicesOf(name.mesh, name.primitive));
+inline void FetchIndices(const GeometryTable& geometries, GeometryTable::Name name) {
+  hwy::Prefetch(geometries.IndicesOf(name.geometry, name.primitive));
 }
 
 /// Reads the indices, which should have been fetched.
-inline void FetchCorners(const MeshTable& meshes, MeshTable::Name name) {
-  const TriangleMesh& mesh = meshes[name.mesh];
+inline void FetchCorners(const GeometryTable& geometries, GeometryTable::Name name) {
+  const TriangleMesh& mesh = geometries[name.geometry];
   uint32_t index[3];
-  std::memcpy(index, meshes.IndicesOf(name.mesh, name.primitive), sizeof(index));
+  std::memcpy(index, geometries.IndicesOf(name.geometry, name.primitive), sizeof(index));
   // Fetching does not fail, whatever the address.
   const auto start = reinterpret_cast<std::uintptr_t>(mesh.vertices);
   for (const uint32_t i : index) {

@@ -5,18 +5,19 @@
 
 namespace dacrt {
 
-bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref) {
+bool BoundTriangle(const GeometryTable& geometries, uint32_t geometry, uint32_t primitive,
+                   TriangleRef& ref) {
   ref.primitive = primitive;
-  ref.mesh = mesh;
-  if (!meshes.HasTriangles(mesh)) {
+  ref.geometry = geometry;
+  if (!geometries.HasTriangles(geometry)) {
     Box bounds;
-    if (!meshes.shapes().BoundItem(mesh, primitive, bounds)) return false;
+    if (!geometries.shapes().BoundItem(geometry, primitive, bounds)) return false;
     std::copy_n(bounds.lower, 3, ref.lower);
     std::copy_n(bounds.upper, 3, ref.upper);
     return true;
   }
   Corners corners;
-  if (!meshes.ReadCorners(mesh, primitive, corners)) return false;
+  if (!geometries.ReadCorners(geometry, primitive, corners)) return false;
   for (int axis = 0; axis < 3; ++axis) {
     const float a = corners.v[0][axis], b = corners.v[1][axis], c = corners.v[2][axis];
     // Negated, so that a coordinate which is not a number fails as well.
@@ -30,13 +31,12 @@ bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, T
   return true;
 }
 
-TriangleRange MakeTriangleRefs(const MeshTable& meshes, std::span<TriangleRef> refs) {
+TriangleRange MakeTriangleRefs(const GeometryTable& geometries, std::span<TriangleRef> refs) {
   TriangleRange range{0, 0, Box::Empty(), Box::Empty()};
-  const auto all = meshes.meshes();
-  for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
-    for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
+  for (uint32_t geometry = 0; geometry < geometries.size(); ++geometry) {
+    for (uint32_t primitive = 0; primitive < geometries[geometry].triangle_count; ++primitive) {
       TriangleRef ref;
-      if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
+      if (!BoundTriangle(geometries, geometry, primitive, ref)) continue;
       if (range.end == refs.size()) return range;
       refs[range.end++] = ref;
       range.bounds.Extend(ref.lower);

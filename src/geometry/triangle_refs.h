@@ -6,17 +6,20 @@
 #include <span>
 
 #include "geometry/box.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 
 namespace dacrt {
 
-/// A triangle's bounds and name, 32 bytes. A corner and the integer behind it are one 16-byte
-/// vector.
+/// A triangle's bounds and name, 32 bytes; or those of an item of another shape, or of a cell of
+/// partition/grid.h. A corner and the integer behind it are one 16-byte vector.
 struct alignas(16) TriangleRef {
   float lower[3];
   uint32_t primitive;
   float upper[3];
-  uint32_t mesh;
+  union {
+    uint32_t geometry;
+    uint32_t triangle_count;  ///< of a cell
+  };
 };
 
 /// References [begin, end) of a call's array, with what the recursion must know of them.
@@ -34,14 +37,16 @@ inline constexpr float kLargestCoordinate = 1.8e18f;
 
 /// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
 /// coordinate that is not finite or above kLargestCoordinate in magnitude.
-bool BoundTriangle(const MeshTable& meshes, uint32_t mesh, uint32_t primitive, TriangleRef& ref);
-inline bool BoundTriangle(const MeshTable& meshes, MeshTable::Name name, TriangleRef& ref) {
-  return BoundTriangle(meshes, name.mesh, name.primitive, ref);
+bool BoundTriangle(const GeometryTable& geometries, uint32_t geometry, uint32_t primitive,
+                   TriangleRef& ref);
+inline bool BoundTriangle(const GeometryTable& geometries, GeometryTable::Name name,
+                          TriangleRef& ref) {
+  return BoundTriangle(geometries, name.geometry, name.primitive, ref);
 }
 
 /// Writes the references of the triangles that can be hit to `refs`, and returns their range. Those
 /// that find no room are left out: there can be more than there were at commit only if the caller
 /// changed the vertices since.
-TriangleRange MakeTriangleRefs(const MeshTable& meshes, std::span<TriangleRef> refs);
+TriangleRange MakeTriangleRefs(const GeometryTable& geometries, std::span<TriangleRef> refs);
 
 }  // namespace dacrt

@@ -44,12 +44,12 @@ FullHit CallbackPacket::GetHit(std::size_t lane) const {
           Get<float>(kTfar, lane)};
 }
 
-CallbackArguments CallbackPacket::Arguments(Query query, uint32_t mesh, uint32_t primitive_id) {
+CallbackArguments CallbackPacket::Arguments(Query query, uint32_t geometry, uint32_t primitive_id) {
   return {query,
           static_cast<uint32_t>(width_),
           valid,
           values_,
-          task_.scene.meshes[mesh].geometry_id,
+          task_.scene.geometries[geometry].geometry_id,
           primitive_id,
           task_.instance_id,
           task_.frame.options.call};

@@ -29,8 +29,8 @@ class alignas(64) CallbackPacket {
   /// With the ray's distance.
   FullHit GetHit(std::size_t lane) const;
 
-  /// What a callback for a mesh is called with.
-  CallbackArguments Arguments(Query query, uint32_t mesh, uint32_t primitive_id);
+  /// What a callback for a geometry is called with.
+  CallbackArguments Arguments(Query query, uint32_t geometry, uint32_t primitive_id);
 
   int32_t valid[kMostLanes];
 

@@ -48,9 +48,9 @@ HWY_INLINE uint32_t EnterItems(const LeafBlock& block, const RayRecord& ray, flo
 /// may meet it.
 template <class Function>
 HWY_INLINE void ForEachEntering(const TraceTask& task, const LeafBlock& block, size_t lane,
-                                const MeshTable::Name& item, const RayNumber* list, size_t count,
-                                const Function& function) {
-  const Shapes& shapes = task.scene.meshes.shapes();
+                                const GeometryTable::Name& item, const RayNumber* list,
+                                size_t count, const Function& function) {
+  const Shapes& shapes = task.scene.geometries.shapes();
   Box bounds;
   if (HWY_LIKELY(!block.is_timed)) {
     const float* const data = block.bounds_data() + lane;
@@ -58,7 +58,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const LeafBlock& block, s
       bounds.lower[axis] = data[axis * block.lanes];
       bounds.upper[axis] = data[(3 + axis) * block.lanes];
     }
-  } else if (!shapes.BoundItem(item.mesh, item.primitive, bounds)) {
+  } else if (!shapes.BoundItem(item.geometry, item.primitive, bounds)) {
     return;
   }
   WideBoxOf<EightPart> box;
@@ -68,7 +68,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const LeafBlock& block, s
   }
   for (size_t i = 0; i < count; ++i) {
     const RayRecord& ray = task.rays[list[i]];
-    if (!MayMeet(task, ray, item.mesh)) continue;
+    if (!MayMeet(task, ray, item.geometry)) continue;
     EightPart org[3], reciprocal[3];
     for (int axis = 0; axis < 3; ++axis) {
       org[axis] = hn::Set(kEightTag, ray.org[axis]);
@@ -77,7 +77,7 @@ HWY_INLINE void ForEachEntering(const TraceTask& task, const LeafBlock& block, s
     const auto enters = Enters(IntersectBox(box, org, reciprocal), hn::Set(kEightTag, ray.tnear),
                                hn::Set(kEightTag, ray.tfar));
     if (hn::AllFalse(kEightTag, enters)) continue;
-    if (HWY_UNLIKELY(block.is_timed) && !shapes.MomentAt(item.mesh, ray.time)) continue;
+    if (HWY_UNLIKELY(block.is_timed) && !shapes.MomentAt(item.geometry, ray.time)) continue;
     function(list[i]);
   }
 }

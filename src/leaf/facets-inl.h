@@ -28,8 +28,8 @@ struct TimedFacets {
   float time;
 
   void Gather(const TraceTask& task, const LeafBlock& block, float at_time) {
-    const MeshTable& meshes = task.scene.meshes;
-    const Shapes& shapes = meshes.shapes();
+    const GeometryTable& geometries = task.scene.geometries;
+    const Shapes& shapes = geometries.shapes();
     memset(corner, 0, sizeof(corner));
     second = 0;
     time = at_time;
@@ -41,12 +41,12 @@ struct TimedFacets {
       item[lane++] = static_cast<uint8_t>(i);
     };
     for (size_t i = 0; i < block.lanes; ++i) {
-      const MeshTable::Name name = NameOfLane(task, block, i);
-      const std::optional<Moment> moment = shapes.MomentAt(name.mesh, at_time);
+      const GeometryTable::Name name = NameOfLane(task, block, i);
+      const std::optional<Moment> moment = shapes.MomentAt(name.geometry, at_time);
       Facet facet;
-      if (!moment || !shapes.ReadFacet(name.mesh, name.primitive, *moment, facet)) continue;
+      if (!moment || !shapes.ReadFacet(name.geometry, name.primitive, *moment, facet)) continue;
       constexpr int kTriangle[3] = {0, 1, 2}, kFirst[3] = {0, 1, 3}, kSecond[3] = {2, 3, 1};
-      if (shapes[name.mesh].shape == Shape::kTriangles) {
+      if (shapes[name.geometry].shape == Shape::kTriangles) {
         place(facet, kTriangle, i);
         continue;
       }
@@ -101,7 +101,7 @@ class FacetTest {
                              size_t block_lane) const {
     RayRecord& ray = task_.rays[number];
     if (HWY_UNLIKELY(task_.checks_masks) &&
-        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
+        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).geometry)) {
       return;
     }
     const Closeness closeness = Compare(ray, key, within_limit);
@@ -120,10 +120,10 @@ class FacetTest {
       candidate.u = 1 - candidate.u;
       candidate.v = 1 - candidate.v;
     }
-    const Shapes& shapes = task.scene.meshes.shapes();
-    if (shapes[candidate.mesh].shape == Shape::kGrids) {
+    const Shapes& shapes = task.scene.geometries.shapes();
+    if (shapes[candidate.geometry].shape == Shape::kGrids) {
       candidate.primitive_id =
-          shapes.PlaceInGrid(candidate.mesh, candidate.primitive_id, candidate.u, candidate.v);
+          shapes.PlaceInGrid(candidate.geometry, candidate.primitive_id, candidate.u, candidate.v);
     }
     TakeHit<kQuery>(task, number, candidate);
   }
@@ -166,7 +166,7 @@ class FacetTest {
   }
 
   void TestMoving(const RayNumber* list, size_t count) const {
-    const Shapes& shapes = task_.scene.meshes.shapes();
+    const Shapes& shapes = task_.scene.geometries.shapes();
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
       const CornerLanes begin = DecodeCorners(block_, part, 0);
@@ -190,7 +190,7 @@ class FacetTest {
     if (kQuery == Query::kAny && ray.tfar < 0) return;
     const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
-    if (!kInLeaf || HWY_UNLIKELY(task_.scene.meshes.shapes().has_filters())) {
+    if (!kInLeaf || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);
@@ -206,8 +206,8 @@ class FacetTest {
 
   /// Whether a filter function is to be asked about hits of a lane.
   bool IsFiltered(size_t block_lane) const {
-    const uint32_t mesh = NameOfLane(task_, block_, block_lane).mesh;
-    return static_cast<bool>(FilterOf<kQuery>(task_.scene.meshes.shapes()[mesh]));
+    const uint32_t geometry = NameOfLane(task_, block_, block_lane).geometry;
+    return static_cast<bool>(FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry]));
   }
 
   /// Blocks an any-hit ray, if its mask allows one of some lanes.
@@ -216,7 +216,7 @@ class FacetTest {
     if (HWY_UNLIKELY(task_.checks_masks)) {
       ForEachLane(lanes, [&](size_t lane) {
         const size_t block_lane = part * kPartLanes + lane;
-        if (!MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).mesh)) {
+        if (!MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).geometry)) {
           lanes &= ~(uint64_t{1} << lane);
         }
       });
@@ -271,11 +271,11 @@ class FacetTest {
     constexpr uint32_t kWhose = RayRecord::kInLeaf | RayRecord::kOfOuter;
     if ((ray.state & kWhose) == RayRecord::kInLeaf && other_leaf.IsBlock()) {
       // Names tell nearly always, and cost less than the hits.
-      const MeshTable::Name own = NameOfLane(task_, block_, block_lane);
-      const MeshTable::Name other =
+      const GeometryTable::Name own = NameOfLane(task_, block_, block_lane);
+      const GeometryTable::Name other =
           NameOfLane(task_, FacetsOf(task_, other_leaf), ray.state >> RayRecord::kLaneShift);
-      if (own.mesh != other.mesh) return own.mesh < other.mesh;
-      if (task_.scene.meshes.shapes()[own.mesh].shape != Shape::kGrids &&
+      if (own.geometry != other.geometry) return own.geometry < other.geometry;
+      if (task_.scene.geometries.shapes()[own.geometry].shape != Shape::kGrids &&
           own.primitive != other.primitive) {
         return own.primitive < other.primitive;
       }
@@ -283,18 +283,18 @@ class FacetTest {
     const RayRecord now = ray;
     ray.state = RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
     ray.hit = leaf_.bits();
-    uint32_t mesh;
-    const FullHit found = FinishHit(task_, number, mesh);
+    uint32_t geometry;
+    const FullHit found = FinishHit(task_, number, geometry);
     ray = now;
-    return ComesFirst(task_, number, found, mesh);
+    return ComesFirst(task_, number, found, geometry);
   }
 
   void Take(RayNumber number, Candidate& candidate, size_t block_lane,
             const TimedFacets* timed) const {
     const uint8_t second = timed ? timed->second : block_.second;
-    const MeshTable::Name name =
+    const GeometryTable::Name name =
         NameOfLane(task_, block_, timed ? timed->item[block_lane] : block_lane);
-    candidate.mesh = name.mesh;
+    candidate.geometry = name.geometry;
     candidate.primitive_id = name.primitive;
     Offer(task_, number, candidate, second >> block_lane & 1);
   }

@@ -33,19 +33,19 @@ HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
 }
 
 /// A hit, with t, u and v as the triangle test has them.
-HWY_INLINE FullHit HitOf(const SceneParts& scene, uint32_t instance_id, MeshTable::Name name,
+HWY_INLINE FullHit HitOf(const SceneParts& scene, uint32_t instance_id, GeometryTable::Name name,
                          bool is_second, float t, float u, float v, float ng_x, float ng_y,
                          float ng_z) {
   FullHit hit{{ng_x, ng_y, ng_z},
               is_second ? 1 - u : u,
               is_second ? 1 - v : v,
               name.primitive,
-              scene.meshes[name.mesh].geometry_id,
+              scene.geometries[name.geometry].geometry_id,
               instance_id,
               t};
-  const Shapes& shapes = scene.meshes.shapes();
-  if (HWY_UNLIKELY(shapes[name.mesh].shape == Shape::kGrids)) {
-    hit.primitive_id = shapes.PlaceInGrid(name.mesh, name.primitive, hit.u, hit.v);
+  const Shapes& shapes = scene.geometries.shapes();
+  if (HWY_UNLIKELY(shapes[name.geometry].shape == Shape::kGrids)) {
+    hit.primitive_id = shapes.PlaceInGrid(name.geometry, name.primitive, hit.u, hit.v);
   }
   return hit;
 }
@@ -74,14 +74,14 @@ class FinishedHitsOf {
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
     if (HWY_LIKELY(leaf.IsBlock())) return Add(number, ray, block_lane, FacetsOf(task_, leaf));
     alignas(64) std::byte blocks[kMostLeafBytes];
-    MakeLeaf(task_.scene.meshes, task_.partition.order, leaf.range(), kLeafLanes,
+    MakeLeaf(task_.scene.geometries, task_.partition.order, leaf.range(), kLeafLanes,
              SharedVertices::kRepeat, blocks);
     Add(number, ray, block_lane, FacetsIn(reinterpret_cast<const LeafBlock*>(blocks)));
   }
 
   size_t count() const { return count_; }
   RayNumber number(size_t i) const { return numbers_[i]; }
-  uint32_t mesh(size_t i) const { return names_[i].mesh; }
+  uint32_t geometry(size_t i) const { return names_[i].geometry; }
 
   /// Calls `take(i, hit)` for each, and is empty then.
   template <class Take>
@@ -98,7 +98,7 @@ class FinishedHitsOf {
     }
     const auto triangles = TrianglesOf(v[0], v[1], v[2]);
     Vec t, u, w;
-    if (task_.scene.meshes.shapes().robust()) {
+    if (task_.scene.geometries.shapes().robust()) {
       const auto terms = TestRobustly(rays, triangles, v[1], v[2]);
       t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
       u = hn::Div(terms.u, terms.sum);
@@ -157,7 +157,7 @@ class FinishedHitsOf {
   HWY_ALIGN float org_[3][kMost];
   HWY_ALIGN float dir_[3][kMost];
   HWY_ALIGN float corner_[3][3][kMost];
-  MeshTable::Name names_[kMost];
+  GeometryTable::Name names_[kMost];
   bool is_second_[kMost];
   RayNumber numbers_[kMost];
   size_t count_ = 0;
@@ -166,11 +166,11 @@ class FinishedHitsOf {
 using FinishedHits = FinishedHitsOf<EightTag>;
 
 /// The hit of one ray.
-inline FullHit FinishHit(const TraceTask& task, RayNumber number, uint32_t& mesh) {
+inline FullHit FinishHit(const TraceTask& task, RayNumber number, uint32_t& geometry) {
   FinishedHitsOf<hn::CappedTag<float, 1>> hits(task);
   hits.Add(number);
   FullHit finished;
-  mesh = hits.mesh(0);
+  geometry = hits.geometry(0);
   hits.Finish([&](size_t, const FullHit& hit) HWY_ATTR { finished = hit; });
   return finished;
 }

@@ -24,7 +24,8 @@ class InstanceTransform {
 
   HWY_INLINE void Set(const AffineTransform& transform) {
     const auto& column = transform.column;
-    for (int i = 0; i < 3; ++i) hn::Store(hn::LoadU(kCornerTag, column[i]), kCornerTag, columns_[i]);
+    for (int i = 0; i < 3; ++i)
+      hn::Store(hn::LoadU(kCornerTag, column[i]), kCornerTag, columns_[i]);
     // Nothing stands behind the last one.
     const auto last = hn::ShiftRightLanes<1>(kCornerTag, hn::LoadU(kCornerTag, column[2] + 2));
     hn::Store(last, kCornerTag, columns_[3]);

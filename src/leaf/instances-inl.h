@@ -25,22 +25,22 @@ void TraceRays(const TraceTask& task, size_t count, ListMemory memory);
 template <Query kQuery>
 class InstanceRays {
  public:
-  InstanceRays(const TraceTask& task, uint32_t mesh, ListMemory memory)
+  InstanceRays(const TraceTask& task, uint32_t geometry, ListMemory memory)
       : task_(task),
-        mesh_(mesh),
-        scene_(*task.scene.meshes.shapes().InstancedScene(mesh)),
+        geometry_(geometry),
+        scene_(*task.scene.geometries.shapes().InstancedScene(geometry)),
         memory_(memory),
         inner_(task.instance_memory) {
-    const Shapes& shapes = task.scene.meshes.shapes();
-    is_moving_ = shapes.IsMoving(mesh);
-    transform_.Set(shapes.ToStillInstance(mesh));
+    const Shapes& shapes = task.scene.geometries.shapes();
+    is_moving_ = shapes.IsMoving(geometry);
+    transform_.Set(shapes.ToStillInstance(geometry));
   }
 
   void Add(RayNumber number) {
     const RayRecord& outer = task_.rays[number];
     if (is_moving_ && (count_ == 0 || outer.time != time_)) {
       time_ = outer.time;
-      transform_.Set(task_.scene.meshes.shapes().ToInstance(mesh_, time_));
+      transform_.Set(task_.scene.geometries.shapes().ToInstance(geometry_, time_));
     }
     RayRecord& ray = inner_.rays[count_];
     transform_.Apply(outer, ray);
@@ -64,7 +64,7 @@ class InstanceRays {
                          {nullptr, nullptr, nullptr, 0},
                          task_.statistics,
                          task_.finish_hit,
-                         task_.scene.meshes[mesh_].geometry_id,
+                         task_.scene.geometries[geometry_].geometry_id,
                          inner_.callers,
                          &task_,
                          outer_,
@@ -73,7 +73,7 @@ class InstanceRays {
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {
       finished.Finish([&](size_t i, const FullHit& hit)
-                          HWY_ATTR { Take(finished.number(i), finished.mesh(i), hit); });
+                          HWY_ATTR { Take(finished.number(i), finished.geometry(i), hit); });
     };
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];
@@ -99,15 +99,15 @@ class InstanceRays {
   }
 
   /// Gives an outer ray the hit that it has in the instance.
-  void Take(size_t i, uint32_t mesh, const FullHit& hit) const {
+  void Take(size_t i, uint32_t geometry, const FullHit& hit) const {
     RayRecord& outer = task_.rays[outer_[i]];
     outer.state = RayRecord::kHasHit | (inner_.rays[i].state & RayRecord::kAtLimit);
-    outer.hit = mesh;
+    outer.hit = geometry;
     task_.hits[outer_[i]] = hit;
   }
 
   const TraceTask& task_;
-  const uint32_t mesh_;
+  const uint32_t geometry_;
   const SceneParts& scene_;
   const ListMemory memory_;
   const InstanceMemory& inner_;

@@ -7,14 +7,15 @@
 
 namespace dacrt {
 
-inline MeshTable::Name NameOfLane(const MeshTable& meshes, const uint32_t* order,
-                                  const LeafBlock& block, std::size_t lane) {
+inline GeometryTable::Name NameOfLane(const GeometryTable& geometries, const uint32_t* order,
+                                      const LeafBlock& block, std::size_t lane) {
   const uint32_t number = KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
-  if (block.geometry == LeafBlock::kSeveral) return meshes.Locate(number);
-  return {block.geometry, number - meshes.Number(block.geometry, 0)};
+  if (block.geometry == LeafBlock::kSeveral) return geometries.Locate(number);
+  return {block.geometry, number - geometries.Number(block.geometry, 0)};
 }
-inline MeshTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block, std::size_t lane) {
-  return NameOfLane(task.scene.meshes, task.partition.order, block, lane);
+inline GeometryTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block,
+                                      std::size_t lane) {
+  return NameOfLane(task.scene.geometries, task.partition.order, block, lane);
 }
 
 }  // namespace dacrt

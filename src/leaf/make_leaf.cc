@@ -16,13 +16,13 @@ namespace {
 struct BlockKind {
   LeafKind kind;
   bool is_timed;
-  uint32_t mesh = 0;  ///< of facets between two time steps, which are there at the same times
+  uint32_t geometry = 0;  ///< of facets between two time steps, which are there at the same times
 
   bool operator==(const BlockKind&) const = default;
 };
 
-BlockKind KindOf(const MeshTable& meshes, uint32_t geometry) {
-  const Shapes& shapes = meshes.shapes();
+BlockKind KindOf(const GeometryTable& geometries, uint32_t geometry) {
+  const Shapes& shapes = geometries.shapes();
   const bool is_timed = shapes.IsMoving(geometry);
   switch (shapes[geometry].shape) {
     case Shape::kSpheres:
@@ -85,25 +85,26 @@ class VertexSet {
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
 struct BlockItems {
-  MeshTable::Name names[kLeafLanes];
+  GeometryTable::Name names[kLeafLanes];
   uint32_t places[kLeafLanes];
   std::size_t count = 0;
 };
 
-void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertices shared,
+void WriteFacets(const GeometryTable& geometries, const BlockItems& items, SharedVertices shared,
                  LeafBlock& block) {
-  const Shapes& shapes = meshes.shapes();
+  const Shapes& shapes = geometries.shapes();
   const int steps = block.kind == LeafKind::kMovingFacets ? 2 : 1;
   VertexSet vertices(shared);
   uint8_t indices[3][kLeafLanes] = {};
   std::size_t lane = 0;
   block.items = block.second = 0;
   for (std::size_t i = 0; i < items.count; ++i) {
-    const MeshTable::Name name = items.names[i];
+    const GeometryTable::Name name = items.names[i];
     // One whose indices are no longer legal has no area, and nothing hits it.
     Facet facet[2] = {};
     for (int step = 0; step < steps; ++step) {
-      if (!shapes.ReadFacet(name.mesh, name.primitive, static_cast<uint32_t>(step), facet[step])) {
+      if (!shapes.ReadFacet(name.geometry, name.primitive, static_cast<uint32_t>(step),
+                            facet[step])) {
         facet[step] = {};
       }
     }
@@ -115,7 +116,7 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
       }
       block.items |= items.places[i] << (4 * lane++);
     };
-    if (shapes[name.mesh].shape == Shape::kTriangles) {
+    if (shapes[name.geometry].shape == Shape::kTriangles) {
       place(0, 1, 2);
       continue;
     }
@@ -125,7 +126,7 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
   }
   DACRT_ASSERT(lane <= kLeafLanes);
   if (shared == SharedVertices::kFind && vertices.count() == LeafBlock::kByLane) {
-    return WriteFacets(meshes, items, SharedVertices::kRepeat, block);
+    return WriteFacets(geometries, items, SharedVertices::kRepeat, block);
   }
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
@@ -133,11 +134,12 @@ void WriteFacets(const MeshTable& meshes, const BlockItems& items, SharedVertice
   vertices.Write(steps, const_cast<float*>(block.vertex_data()));
 }
 
-void WritePoints(const MeshTable& meshes, const BlockItems& items, LeafBlock& block) {
+void WritePoints(const GeometryTable& geometries, const BlockItems& items, LeafBlock& block) {
   float* const data = const_cast<float*>(block.point_data());
   for (std::size_t i = 0; i < items.count; ++i) {
     Point point;
-    meshes.shapes().ReadPoint(items.names[i].mesh, items.names[i].primitive, Moment{}, point);
+    geometries.shapes().ReadPoint(items.names[i].geometry, items.names[i].primitive, Moment{},
+                                  point);
     for (std::size_t axis = 0; axis < 3; ++axis) data[axis * items.count + i] = point.center[axis];
     data[3 * items.count + i] = point.radius;
     if (block.kind != LeafKind::kOrientedDiscs) continue;
@@ -147,10 +149,11 @@ void WritePoints(const MeshTable& meshes, const BlockItems& items, LeafBlock& bl
   }
 }
 
-void WriteBounds(const MeshTable& meshes, const BlockItems& items, LeafBlock& block) {
+void WriteBounds(const GeometryTable& geometries, const BlockItems& items, LeafBlock& block) {
   float* const data = const_cast<float*>(block.bounds_data());
   for (std::size_t i = 0; i < items.count; ++i) {
-    const Box& bounds = meshes.shapes().StillBounds(items.names[i].mesh, items.names[i].primitive);
+    const Box& bounds =
+        geometries.shapes().StillBounds(items.names[i].geometry, items.names[i].primitive);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       data[axis * items.count + i] = bounds.lower[axis];
       data[(3 + axis) * items.count + i] = bounds.upper[axis];
@@ -158,38 +161,38 @@ void WriteBounds(const MeshTable& meshes, const BlockItems& items, LeafBlock& bl
   }
 }
 
-void WriteBlock(const MeshTable& meshes, const BlockKind& kind, const BlockItems& items,
+void WriteBlock(const GeometryTable& geometries, const BlockKind& kind, const BlockItems& items,
                 uint32_t first, bool is_last, SharedVertices shared, LeafBlock& block) {
   block = {};
   block.kind = kind.kind;
   block.is_timed = kind.is_timed;
   block.is_last = is_last;
   block.first = first;
-  block.geometry = items.names[0].mesh;
+  block.geometry = items.names[0].geometry;
   for (std::size_t i = 1; i < items.count; ++i) {
-    if (items.names[i].mesh != block.geometry) block.geometry = LeafBlock::kSeveral;
+    if (items.names[i].geometry != block.geometry) block.geometry = LeafBlock::kSeveral;
   }
   if (kind.kind == LeafKind::kMovingFacets || kind == BlockKind{LeafKind::kFacets, false}) {
-    return WriteFacets(meshes, items, shared, block);
+    return WriteFacets(geometries, items, shared, block);
   }
   block.lanes = static_cast<uint8_t>(items.count);
   for (std::size_t i = 0; i < items.count; ++i) block.items |= items.places[i] << (4 * i);
   if (kind.is_timed) return;
   if (kind.kind == LeafKind::kUser || kind.kind == LeafKind::kInstances) {
-    return WriteBounds(meshes, items, block);
+    return WriteBounds(geometries, items, block);
   }
-  WritePoints(meshes, items, block);
+  WritePoints(geometries, items, block);
 }
 
 /// Writes the block of a leaf that holds nothing but still triangles, as nearly all do: WriteBlock
 /// for them.
-void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::size_t count,
-                    uint32_t first, SharedVertices shared, LeafBlock& block) {
+void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* names,
+                    std::size_t count, uint32_t first, SharedVertices shared, LeafBlock& block) {
   block = {};
   block.kind = LeafKind::kFacets;
   block.is_last = true;
   block.first = first;
-  block.geometry = names[0].mesh;
+  block.geometry = names[0].geometry;
   block.lanes = static_cast<uint8_t>(count);
   uint8_t indices[3][kLeafLanes] = {};
   float vertices[LeafBlock::kByLane][3];
@@ -200,11 +203,11 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
     distinct = LeafBlock::kByLane;
   }
   for (std::size_t lane = 0; lane < count; ++lane) {
-    if (names[lane].mesh != block.geometry) block.geometry = LeafBlock::kSeveral;
+    if (names[lane].geometry != block.geometry) block.geometry = LeafBlock::kSeveral;
     block.items |= static_cast<uint32_t>(lane) << (4 * lane);
     Corners corners;
     // One whose indices are no longer legal has no area, and nothing hits it.
-    if (!meshes.ReadCorners(names[lane].mesh, names[lane].primitive, corners)) corners = {};
+    if (!geometries.ReadCorners(names[lane].geometry, names[lane].primitive, corners)) corners = {};
     for (std::size_t k = 0; k < 3; ++k) {
       const float* const corner = corners.v[k];
       if (shared == SharedVertices::kRepeat) {
@@ -231,7 +234,7 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
     }
   }
   if (shared == SharedVertices::kFind && distinct == LeafBlock::kByLane) {
-    return WriteTriangles(meshes, names, count, first, SharedVertices::kRepeat, block);
+    return WriteTriangles(geometries, names, count, first, SharedVertices::kRepeat, block);
   }
   block.vertices = static_cast<uint8_t>(distinct);
   std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
@@ -243,16 +246,16 @@ void WriteTriangles(const MeshTable& meshes, const MeshTable::Name* names, std::
 
 /// Renews the vertices of still triangles. False if that is not all that a leaf holds, or corners
 /// have come apart.
-bool RenewTriangles(const MeshTable& meshes, const LeafItems& items, LeafBlock& block) {
+bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, LeafBlock& block) {
   if (!items.is_plain) return false;
   DACRT_ASSERT(block.IsPlain() && block.second == 0 && block.lanes == items.count);
   const std::size_t vertices = block.vertices;
   float* const data = const_cast<float*>(block.vertex_data());
   uint32_t written = 0;
   for (std::size_t lane = 0; lane < block.lanes; ++lane) {
-    const MeshTable::Name name = items.names[lane];
+    const GeometryTable::Name name = items.names[lane];
     Corners corners;
-    if (!meshes.ReadCorners(name.mesh, name.primitive, corners)) return false;
+    if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t vertex = block.indices()[k * kLeafLanes + lane];
       float* const place = data + vertex;
@@ -270,79 +273,79 @@ bool RenewTriangles(const MeshTable& meshes, const LeafItems& items, LeafBlock& 
 
 }  // namespace
 
-LeafItems FindItems(const MeshTable& meshes, const uint32_t* order, uint32_t first,
+LeafItems FindItems(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
                     std::size_t most) {
   LeafItems items;
   std::size_t lanes = 0;
   while (!items.is_last && items.count < most) {
     const uint32_t entry = order[first + items.count];
-    const MeshTable::Name name = meshes.Locate(KeptOrder::NumberOf(entry));
-    lanes += meshes.LanesOf(name.mesh);
+    const GeometryTable::Name name = geometries.Locate(KeptOrder::NumberOf(entry));
+    lanes += geometries.LanesOf(name.geometry);
     if (items.count > 0 && lanes > kLeafLanes) break;
     items.names[items.count++] = name;
-    items.is_plain &= meshes.HasTriangles(name.mesh);
+    items.is_plain &= geometries.HasTriangles(name.geometry);
     items.is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
   }
   return items;
 }
 
-void FetchIndices(const MeshTable& meshes, const LeafItems& items) {
+void FetchIndices(const GeometryTable& geometries, const LeafItems& items) {
   for (std::size_t i = 0; i < items.count && items.is_plain; ++i) {
-    FetchIndices(meshes, items.names[i]);
+    FetchIndices(geometries, items.names[i]);
   }
 }
 
-void FetchVertices(const MeshTable& meshes, const LeafItems& items) {
+void FetchVertices(const GeometryTable& geometries, const LeafItems& items) {
   for (std::size_t i = 0; i < items.count && items.is_plain; ++i) {
-    FetchCorners(meshes, items.names[i]);
+    FetchCorners(geometries, items.names[i]);
   }
 }
 
-bool RenewLeaf(const MeshTable& meshes, const LeafItems& items, std::size_t room,
+bool RenewLeaf(const GeometryTable& geometries, const LeafItems& items, std::size_t room,
                std::byte* blocks) {
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-  if (RenewTriangles(meshes, items, block)) return true;
+  if (RenewTriangles(geometries, items, block)) return true;
   alignas(LeafBlock) std::byte made[kMostLeafBytes];
-  const MadeLeaf leaf = MakeLeaf(meshes, items, block.first, SharedVertices::kFind, made);
+  const MadeLeaf leaf = MakeLeaf(geometries, items, block.first, SharedVertices::kFind, made);
   if (!leaf.is_whole || leaf.bytes > room) return false;
   std::memcpy(blocks, made, leaf.bytes);
   return true;
 }
 
-MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
-                  SharedVertices shared, std::byte* blocks) {
-  const LeafItems items = FindItems(meshes, order, first, most);
-  FetchVertices(meshes, items);
-  return MakeLeaf(meshes, items, first, shared, blocks);
+MadeLeaf MakeLeaf(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
+                  std::size_t most, SharedVertices shared, std::byte* blocks) {
+  const LeafItems items = FindItems(geometries, order, first, most);
+  FetchVertices(geometries, items);
+  return MakeLeaf(geometries, items, first, shared, blocks);
 }
 
-MadeLeaf MakeLeaf(const MeshTable& meshes, const LeafItems& all, uint32_t first,
+MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& all, uint32_t first,
                   SharedVertices shared, std::byte* blocks) {
-  const MeshTable::Name* const names = all.names;
+  const GeometryTable::Name* const names = all.names;
   const std::size_t count = all.count;
   if (all.is_plain) {
     auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-    WriteTriangles(meshes, names, count, first, shared, block);
+    WriteTriangles(geometries, names, count, first, shared, block);
     return {block.Bytes(), count, all.is_last};
   }
   std::size_t bytes = 0;
   // Blocks with a place for each corner are large: there is room for one.
-  const BlockKind first_kind = KindOf(meshes, names[0].mesh);
-  const bool is_one_block = std::all_of(names, names + count, [&](const MeshTable::Name& name) {
-    return KindOf(meshes, name.mesh) == first_kind;
+  const BlockKind first_kind = KindOf(geometries, names[0].geometry);
+  const bool is_one_block = std::all_of(names, names + count, [&](const GeometryTable::Name& name) {
+    return KindOf(geometries, name.geometry) == first_kind;
   });
   if (!is_one_block) shared = SharedVertices::kFind;
   for (uint32_t left = (1u << count) - 1; left != 0;) {
-    const BlockKind kind = KindOf(meshes, names[std::countr_zero(left)].mesh);
+    const BlockKind kind = KindOf(geometries, names[std::countr_zero(left)].geometry);
     BlockItems items;
     for (std::size_t i = 0; i < count; ++i) {
-      if (!(left >> i & 1) || KindOf(meshes, names[i].mesh) != kind) continue;
+      if (!(left >> i & 1) || KindOf(geometries, names[i].geometry) != kind) continue;
       left &= ~(1u << i);
       items.names[items.count] = names[i];
       items.places[items.count++] = static_cast<uint32_t>(i);
     }
     auto& block = *reinterpret_cast<LeafBlock*>(blocks + bytes);
-    WriteBlock(meshes, kind, items, first, left == 0, shared, block);
+    WriteBlock(geometries, kind, items, first, left == 0, shared, block);
     bytes += block.Bytes();
     DACRT_ASSERT(bytes + KeptPartition::kReadBehind <= kMostLeafBytes);
   }

@@ -4,14 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "leaf/leaf_block.h"
 
 namespace dacrt {
 
 /// Items that follow each other in the order, as many as a leaf can hold.
 struct LeafItems {
-  MeshTable::Name names[kLeafLanes];
+  GeometryTable::Name names[kLeafLanes];
   std::size_t count = 0;
   bool is_last = false;  ///< the last one is marked as that of the leaf
   bool is_plain = true;  ///< all are still triangles
@@ -19,13 +19,14 @@ struct LeafItems {
 
 /// The items from order[first] on, up to the last one of the leaf, or until kLeafLanes lanes are
 /// full, or `most` items.
-LeafItems FindItems(const MeshTable& meshes, const uint32_t* order, uint32_t first,
+LeafItems FindItems(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
                     std::size_t most);
 
-/// What a leaf is made of lies anywhere in the meshes: two steps that fetch it, each of which needs
-/// what the one before it has fetched. Whoever has several leaves to make takes each step for all.
-void FetchIndices(const MeshTable& meshes, const LeafItems& items);
-void FetchVertices(const MeshTable& meshes, const LeafItems& items);
+/// What a leaf is made of lies anywhere in the meshes: two steps that fetch it, each of which
+/// needs what the one before it has fetched. Whoever has several leaves to make takes each step for
+/// all.
+void FetchIndices(const GeometryTable& geometries, const LeafItems& items);
+void FetchVertices(const GeometryTable& geometries, const LeafItems& items);
 
 struct MadeLeaf {
   std::size_t bytes;
@@ -39,17 +40,17 @@ enum class SharedVertices { kFind, kRepeat };
 
 /// Writes the blocks (see leaf_block.h) of items that begin at place `first` of the order to
 /// `blocks`, which has room for kMostLeafBytes and is aligned as a block.
-MadeLeaf MakeLeaf(const MeshTable& meshes, const LeafItems& items, uint32_t first,
+MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
                   SharedVertices shared, std::byte* blocks);
 
 /// The same, of the items that FindItems finds.
-MadeLeaf MakeLeaf(const MeshTable& meshes, const uint32_t* order, uint32_t first, std::size_t most,
-                  SharedVertices shared, std::byte* blocks);
+MadeLeaf MakeLeaf(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
+                  std::size_t most, SharedVertices shared, std::byte* blocks);
 
 /// Puts the geometry of a leaf as it is now into the blocks that MakeLeaf wrote for the same items,
 /// if it fits their room. False if it does not, for example because corners that were one have come
 /// apart; the blocks are scrap then.
-bool RenewLeaf(const MeshTable& meshes, const LeafItems& items, std::size_t room,
+bool RenewLeaf(const GeometryTable& geometries, const LeafItems& items, std::size_t room,
                std::byte* blocks);
 
 }  // namespace dacrt

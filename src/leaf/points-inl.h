@@ -67,15 +67,15 @@ struct LeafPoints {
   }
 
   void Gather(const TraceTask& task, const LeafBlock& block, float at_time) {
-    const Shapes& shapes = task.scene.meshes.shapes();
+    const Shapes& shapes = task.scene.geometries.shapes();
     lanes = 0;
     time = at_time;
     for (size_t i = 0; i < block.lanes; ++i) {
-      const MeshTable::Name name = NameOfLane(task, block, i);
-      const std::optional<Moment> moment = shapes.MomentAt(name.mesh, at_time);
+      const GeometryTable::Name name = NameOfLane(task, block, i);
+      const std::optional<Moment> moment = shapes.MomentAt(name.geometry, at_time);
       if (!moment) continue;
       Point point;
-      shapes.ReadPoint(name.mesh, name.primitive, *moment, point);
+      shapes.ReadPoint(name.geometry, name.primitive, *moment, point);
       for (int axis = 0; axis < 3; ++axis) {
         center[axis][i] = point.center[axis];
         normal[axis][i] = point.normal[axis];
@@ -177,8 +177,8 @@ class PointTest {
       candidate.t = distance[lane];
       for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = normal[axis][lane];
       candidate.u = candidate.v = 0;
-      const MeshTable::Name name = NameOfLane(task_, block_, first + lane);
-      candidate.mesh = name.mesh;
+      const GeometryTable::Name name = NameOfLane(task_, block_, first + lane);
+      candidate.geometry = name.geometry;
       candidate.primitive_id = name.primitive;
       TakeHit<kQuery>(task_, number, candidate);
     });

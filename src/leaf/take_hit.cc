@@ -10,19 +10,19 @@ bool ComesFirst(const NamedHit& a, const NamedHit& b, uint32_t no_instance) {
   const auto name = [&](const NamedHit& hit) {
     const bool in_instance = hit.hit.instance_id != no_instance;
     return std::tuple(in_instance ? hit.hit.instance_id : hit.hit.geometry_id, hit.hit.geometry_id,
-                      hit.mesh, hit.hit.primitive_id, hit.hit.u, hit.hit.v);
+                      hit.geometry, hit.hit.primitive_id, hit.hit.u, hit.hit.v);
   };
   return name(a) < name(b);
 }
 
-bool ComesFirst(const TraceTask& task, RayNumber number, const FullHit& found, uint32_t mesh) {
-  uint32_t hit_mesh;
-  const FullHit hit = task.HitOf(number, hit_mesh);
-  return ComesFirst({found, mesh}, {hit, hit_mesh}, task.frame.no_instance);
+bool ComesFirst(const TraceTask& task, RayNumber number, const FullHit& found, uint32_t geometry) {
+  uint32_t hit_geometry;
+  const FullHit hit = task.HitOf(number, hit_geometry);
+  return ComesFirst({found, geometry}, {hit, hit_geometry}, task.frame.no_instance);
 }
 
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
-                  uint32_t mesh, FullHit& hit) {
+                  uint32_t geometry, FullHit& hit) {
   CallbackPacket packet(task);
   const uint32_t width = task.frame.options.callback_width;
   // The lane that the ray has in a packet of the caller's, where there are packets.
@@ -31,7 +31,7 @@ bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, Ra
   packet.SetRay(lane, ray, hit.t);
   packet.SetHit(lane, hit);
   packet.valid[lane] = -1;
-  filter(packet.Arguments(query, mesh, hit.primitive_id));
+  filter(packet.Arguments(query, geometry, hit.primitive_id));
   if (packet.valid[lane] == 0) return false;
   hit = packet.GetHit(lane);
   return true;

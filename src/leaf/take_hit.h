@@ -17,13 +17,13 @@ struct Candidate {
   float t;
   float ng[3];
   float u, v;
-  uint32_t mesh;  ///< of the scene's mesh table
+  uint32_t geometry;  ///< of the scene's geometry table
   uint32_t primitive_id;
 };
 
 /// Whether a ray may meet a geometry, by its mask.
-inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t mesh) {
-  return !task.checks_masks || (ray.mask & task.scene.meshes[mesh].mask) != 0;
+inline bool MayMeet(const TraceTask& task, const RayRecord& ray, uint32_t geometry) {
+  return !task.checks_masks || (ray.mask & task.scene.geometries[geometry].mask) != 0;
 }
 
 /// The filter function that is asked about hits of a geometry; most have none.
@@ -32,10 +32,10 @@ inline const Callback& FilterOf(const Geometry& geometry) {
   return kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter;
 }
 
-/// Shows `hit` to the filter function of a mesh, which may change it. Returns whether it accepts
-/// it.
+/// Shows `hit` to the filter function of a geometry, which may change it. Returns whether it
+/// accepts it.
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
-                  uint32_t mesh, FullHit& hit);
+                  uint32_t geometry, FullHit& hit);
 
 /// CompareHits for a hit at `key` and what the ray has.
 inline Closeness Compare(const RayRecord& ray, float key, bool within_limit) {
@@ -54,7 +54,7 @@ inline void SetHit(RayRecord& ray, float key, uint32_t flags, uint32_t hit) {
 
 struct NamedHit {
   const FullHit& hit;
-  uint32_t mesh;  ///< of the mesh table of the scene in which it stands
+  uint32_t geometry;  ///< of the geometry table of the scene in which it stands
 };
 
 /// Whether one hit comes before another by name: by the numbers of what stands in the scene itself,
@@ -62,44 +62,45 @@ struct NamedHit {
 /// hits outside of instances have.
 bool ComesFirst(const NamedHit& a, const NamedHit& b, uint32_t no_instance);
 
-/// Whether `found`, of `mesh`, comes so before the hit that the ray has.
-bool ComesFirst(const TraceTask& task, RayNumber ray, const FullHit& found, uint32_t mesh);
+/// Whether `found`, of `geometry`, comes so before the hit that the ray has.
+bool ComesFirst(const TraceTask& task, RayNumber ray, const FullHit& found, uint32_t geometry);
 
 /// Offers a ray a candidate. The ray has it for its hit then, unless one that it has is closer, its
 /// mask forbids it, or the filter function rejects it.
 template <Query kQuery>
 inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& candidate) {
   RayRecord& ray = task.rays[number];
-  if (!MayMeet(task, ray, candidate.mesh)) return;
-  const Shapes& shapes = task.scene.meshes.shapes();
+  if (!MayMeet(task, ray, candidate.geometry)) return;
+  const Shapes& shapes = task.scene.geometries.shapes();
   FullHit found;
   std::copy_n(candidate.ng, 3, found.ng);
   found.u = candidate.u;
   found.v = candidate.v;
   found.primitive_id = candidate.primitive_id;
-  found.geometry_id = task.scene.meshes[candidate.mesh].geometry_id;
+  found.geometry_id = task.scene.geometries[candidate.geometry].geometry_id;
   found.instance_id = task.instance_id;
   found.t = candidate.t;
   if constexpr (kQuery == Query::kAny) {
     if (!candidate.within_limit || ray.tfar < 0) return;
     if (shapes.has_filters()) {
-      const Callback& filter = FilterOf<kQuery>(shapes[candidate.mesh]);
-      if (filter && !PassesFilter(task, filter, kQuery, number, candidate.mesh, found)) return;
+      const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
+      if (filter && !PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;
     }
     ray.tfar = -std::numeric_limits<float>::infinity();
   } else {
     const Closeness closeness = Compare(ray, candidate.key, candidate.within_limit);
     if (closeness == Closeness::kFarther) return;
-    if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.mesh)) return;
+    if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.geometry))
+      return;
     float key = candidate.key;
     if (shapes.has_filters()) {
-      const Callback& filter = FilterOf<kQuery>(shapes[candidate.mesh]);
+      const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
       if (filter) {
-        if (!PassesFilter(task, filter, kQuery, number, candidate.mesh, found)) return;
+        if (!PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;
         if (found.t != candidate.t) key = found.t;
       }
     }
-    SetHit(ray, key, 0, candidate.mesh);
+    SetHit(ray, key, 0, candidate.geometry);
     task.hits[number] = found;
   }
 }

@@ -22,11 +22,11 @@ void TestUserPrimitives(const TraceTask& task, const LeafBlock& block, const Ray
                         size_t count) {
   const size_t most = task.frame.options.callback_width;
   for (size_t lane = 0; lane < block.lanes; ++lane) {
-    const MeshTable::Name item = NameOfLane(task, block, lane);
+    const GeometryTable::Name item = NameOfLane(task, block, lane);
     RayNumber rays[16];
     size_t entered = 0;
     const auto call = [&] {
-      CallUserFunction(kQuery, task, item.mesh, item.primitive, {rays, entered});
+      CallUserFunction(kQuery, task, item.geometry, item.primitive, {rays, entered});
       entered = 0;
     };
     ForEachEntering(task, block, lane, item, list, count, [&](RayNumber ray) {
@@ -43,9 +43,10 @@ void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumbe
                    size_t count, ListMemory memory) {
   if (task.instance_memory.count == 0) return;  // There is one level of instances.
   for (size_t lane = 0; lane < block.lanes; ++lane) {
-    const MeshTable::Name item = NameOfLane(task, block, lane);
-    InstanceRays<kQuery> entering(task, item.mesh, memory);
-    ForEachEntering(task, block, lane, item, list, count, [&](RayNumber ray) { entering.Add(ray); });
+    const GeometryTable::Name item = NameOfLane(task, block, lane);
+    InstanceRays<kQuery> entering(task, item.geometry, memory);
+    ForEachEntering(task, block, lane, item, list, count,
+                    [&](RayNumber ray) { entering.Add(ray); });
     entering.Trace();
   }
 }
@@ -70,7 +71,7 @@ HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBloc
   for (;; block = block->Next()) {
     if (HWY_UNLIKELY(block->kind > LeafKind::kMovingFacets)) {
       TestOddBlock<kQuery>(task, *block, list, count, memory);
-    } else if (HWY_UNLIKELY(task.scene.meshes.shapes().robust())) {
+    } else if (HWY_UNLIKELY(task.scene.geometries.shapes().robust())) {
       FacetTest<kQuery, true>(task, leaf, *block).Test(list, count);
     } else {
       FacetTest<kQuery, false>(task, leaf, *block).Test(list, count);
@@ -88,8 +89,8 @@ HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
   for (size_t done = 0; done < most;) {
     const auto place = static_cast<uint32_t>(first + done);
     const MadeLeaf made =
-        MakeLeaf(task.scene.meshes, task.partition.order, place, HWY_MIN(kLeafLanes, most - done),
-                 SharedVertices::kRepeat, blocks);
+        MakeLeaf(task.scene.geometries, task.partition.order, place,
+                 HWY_MIN(kLeafLanes, most - done), SharedVertices::kRepeat, blocks);
     TestBlocks<kQuery>(task, ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks),
                        list, count, memory);
     if (made.is_whole) return;

@@ -12,17 +12,17 @@ FullHit HitOf(const TraceTask& task, RayNumber number, Query query) {
   constexpr FullHit kNone{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
   if (query == Query::kAny) return kNone;
   const RayRecord& ray = task.rays[number];
-  uint32_t mesh;
-  FullHit hit = ray.state & RayRecord::kHasHit ? task.HitOf(number, mesh) : kNone;
+  uint32_t geometry;
+  FullHit hit = ray.state & RayRecord::kHasHit ? task.HitOf(number, geometry) : kNone;
   hit.t = ray.tfar;
   return hit;
 }
 
 }  // namespace
 
-void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_t primitive,
+void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uint32_t primitive,
                       std::span<const RayNumber> rays) {
-  const Geometry& user = task.scene.meshes.shapes()[mesh];
+  const Geometry& user = task.scene.geometries.shapes()[geometry];
   const Callback& function = query == Query::kClosest ? user.intersect : user.occluded;
   if (!function || rays.empty()) return;
   CallbackPacket packet(task);
@@ -48,7 +48,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
   for (std::size_t lane = 0; lane < width; ++lane) {
     if (!(filled >> lane & 1)) fill(lane, rays[0], before[0], 0);
   }
-  function(packet.Arguments(query, mesh, primitive));
+  function(packet.Arguments(query, geometry, primitive));
   for (std::size_t i = 0; i < rays.size(); ++i) {
     RayRecord& ray = task.rays[rays[i]];
     const FullHit now = packet.GetHit(lane_of(i));
@@ -58,7 +58,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_
     }
     if (std::memcmp(&now, &before[i], sizeof(now)) == 0) continue;
     ray.state = RayRecord::kHasHit;
-    ray.hit = mesh;
+    ray.hit = geometry;
     task.hits[rays[i]] = now;
     ray.tfar = std::min(ray.tfar, now.t);
   }

@@ -12,7 +12,7 @@ namespace dacrt {
 
 /// Calls the function for some rays, at most CallOptions::callback_width of them, and takes over
 /// what it says of them.
-void CallUserFunction(Query query, const TraceTask& task, uint32_t mesh, uint32_t primitive,
+void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uint32_t primitive,
                       std::span<const RayNumber> rays);
 
 }  // namespace dacrt

@@ -94,16 +94,16 @@ HWY_INLINE TestRays BroadcastTestRay(const RayBatch& batch, size_t slot) {
   return rays;
 }
 
-/// Whether a hit at `t` of (mesh, primitive) replaces what the ray has, `hit` at `tfar`:
+/// Whether a hit at `t` of (geometry, primitive) replaces what the ray has, `hit` at `tfar`:
 /// CompareHits.
-inline bool IsCloser(float t, bool within_limit, uint32_t mesh, uint32_t primitive,
+inline bool IsCloser(float t, bool within_limit, uint32_t geometry, uint32_t primitive,
                      const PaperHit& hit, float tfar) {
   // (kNone has the flag, too.)
-  const Closeness closeness = CompareHits(t, within_limit, tfar, hit.mesh & PaperHit::kAtLimit,
-                                          hit.mesh != PaperHit::kNone);
+  const Closeness closeness = CompareHits(t, within_limit, tfar, hit.geometry & PaperHit::kAtLimit,
+                                          hit.geometry != PaperHit::kNone);
   if (closeness != Closeness::kEqual) return closeness == Closeness::kCloser;
-  const uint32_t hit_mesh = hit.mesh & ~PaperHit::kAtLimit;
-  return mesh != hit_mesh ? mesh < hit_mesh : primitive < hit.primitive;
+  const uint32_t hit_geometry = hit.geometry & ~PaperHit::kAtLimit;
+  return geometry != hit_geometry ? geometry < hit_geometry : primitive < hit.primitive;
 }
 
 /// Offers the ray in `slot` the meeting pair in `lane`, whose triangle is number i of `block`.
@@ -112,19 +112,19 @@ inline void TakePair(const PaperTask& task, size_t slot, const MeetingPairs& pai
                      size_t i) {
   RayBatch& batch = task.batch;
   const TriangleBlock& block = task.scratch.triangles;
-  const uint32_t mesh = block.mesh[i], primitive = block.primitive[i];
+  const uint32_t geometry = block.geometry[i], primitive = block.primitive[i];
   const uint32_t index = batch.index[slot];
-  if (batch.ray_masks && !(batch.ray_masks[index] & task.scene.meshes[mesh].mask)) return;
+  if (batch.ray_masks && !(batch.ray_masks[index] & task.scene.geometries[geometry].mask)) return;
   const bool within_limit = (pairs.within_limit >> lane) & 1;
   float& tfar = batch.tfar[slot];
   if constexpr (kQuery == Query::kAny) {
     if (within_limit) tfar = -std::numeric_limits<float>::infinity();
   } else {
     PaperHit& hit = batch.hits[index];
-    if (!IsCloser(pairs.key[lane], within_limit, mesh, primitive, hit, tfar)) return;
+    if (!IsCloser(pairs.key[lane], within_limit, geometry, primitive, hit, tfar)) return;
     // Only a hit that lowers the distance is known to lie within the ray's own tfar.
-    const bool at_limit = pairs.key[lane] >= tfar && (hit.mesh & PaperHit::kAtLimit);
-    hit = {primitive, at_limit ? mesh | PaperHit::kAtLimit : mesh};
+    const bool at_limit = pairs.key[lane] >= tfar && (hit.geometry & PaperHit::kAtLimit);
+    hit = {primitive, at_limit ? geometry | PaperHit::kAtLimit : geometry};
     tfar = std::min(pairs.key[lane], tfar);
   }
 }
@@ -191,7 +191,7 @@ void SolveDirect(const PaperTask& task, const TriangleRange& triangles, const Ra
   for (size_t begin = triangles.begin; begin < triangles.end; begin += TriangleBlock::kCapacity) {
     const size_t count = std::min(triangles.end - begin, TriangleBlock::kCapacity);
     GatherTriangles(
-        task.scene.meshes, count,
+        task.scene.geometries, count,
         [&](size_t i) -> const TriangleRef& { return task.refs[begin + i]; }, block);
     TestBlock<kQuery>(task, rays);
   }

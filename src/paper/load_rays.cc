@@ -22,7 +22,7 @@ bool IsActive(const float* org, const float* dir, float tnear, float tfar) {
 }  // namespace
 
 RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Query query,
-                  const MeshTable& meshes, RayBatch& batch) {
+                  const GeometryTable& geometries, RayBatch& batch) {
   const RecordLayout records(view);
   uint32_t common_mask = UINT32_MAX;
   std::size_t slot = 0;
@@ -35,7 +35,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
     const float tnear = records.Read(view.tnear, ray, 0.0f);
     const float tfar = records.Read(view.tfar, ray, 0.0f);
     const uint32_t mask = records.Read(view.mask, ray, UINT32_MAX);
-    // A mask of 0 meets nothing. Any other meets every mesh whose bits are all set.
+    // A mask of 0 meets nothing. Any other meets every geometry whose bits are all set.
     if (!IsActive(org, dir, tnear, tfar) || mask == 0) continue;
     for (int axis = 0; axis < 3; ++axis) {
       batch.org[axis][slot] = org[axis];
@@ -49,7 +49,7 @@ RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Que
     if (query == Query::kClosest) batch.hits[i] = {PaperHit::kNone, PaperHit::kNone};
     ++slot;
   }
-  if (meshes.AllAccept(common_mask)) batch.ray_masks = nullptr;
+  if (geometries.AllAccept(common_mask)) batch.ray_masks = nullptr;
   PadWithInactive(batch, slot);
   batch.top = (slot + kMaxLanes - 1) / kMaxLanes * kMaxLanes;
   return {0, slot};

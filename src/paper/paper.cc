@@ -15,7 +15,7 @@ namespace {
 
 template <Query kQuery>
 void SolveFor(const PaperTask& task, const TriangleRange& triangles, const RayBlock& rays) {
-  if (task.settings.algorithm == Algorithm::kMora2011 && task.scene.meshes.is_plain()) {
+  if (task.settings.algorithm == Algorithm::kMora2011 && task.scene.geometries.is_plain()) {
     SpaceSolver<kQuery>(task).Solve(triangles, rays);
   } else {
     ObjectSolver<kQuery>(task).Solve(triangles, rays, 1);
@@ -34,8 +34,8 @@ void Solve(Query query, const PaperTask& task, const TriangleRange& triangles,
 size_t Store(Query query, const RayView& view, size_t first, const PaperTask& task,
              const RayBlock& rays) {
   if (query == Query::kAny) return StoreBlocked(view, first, task.batch, rays);
-  if (!task.scene.meshes.is_plain()) return StoreFullHits(view, first, task.batch, rays);
-  return StoreClosest(view, first, task.scene.meshes, task.batch, rays, task.scratch.triangles);
+  if (!task.scene.geometries.is_plain()) return StoreFullHits(view, first, task.batch, rays);
+  return StoreClosest(view, first, task.scene.geometries, task.batch, rays, task.scratch.triangles);
 }
 
 }  // namespace

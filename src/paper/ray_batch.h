@@ -7,7 +7,7 @@
 #include <span>
 
 #include "dacrt/dacrt.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "rays/ray_record.h"
 
 namespace dacrt {
@@ -23,11 +23,11 @@ struct RayBlock {
 /// anew when the hits are stored.
 struct PaperHit {
   static constexpr uint32_t kNone = UINT32_MAX;
-  /// Flag in `mesh`: the distance is the ray's own tfar, not one that an earlier hit set.
+  /// Flag in `geometry`: the distance is the ray's own tfar, not one that an earlier hit set.
   static constexpr uint32_t kAtLimit = 0x80000000u;
 
   uint32_t primitive;
-  uint32_t mesh;  ///< kNone while there is no hit
+  uint32_t geometry;  ///< kNone while there is no hit
 };
 
 /// Lanes of the widest vector; blocks start at multiples of it on every instruction set, so that
@@ -66,9 +66,9 @@ struct RayBatch {
   std::size_t bits_capacity;  ///< bytes
 
   PaperHit* hits;      ///< by ray number; closest-hit queries only
-  FullHit* full_hits;  ///< the same, where a scene holds more than still triangles; PaperHit::mesh
-                       ///< is then all that counts of the other
-  uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every mesh
+  FullHit* full_hits;  ///< the same, where a scene holds more than still triangles;
+                       ///< PaperHit::geometry is then all that counts of the other
+  uint32_t* ray_masks;  ///< by ray number; null if every ray may meet every geometry
 
   ConicPackets cones;
   std::span<RayBlock> packets;  ///< stacked lists of packets
@@ -89,6 +89,6 @@ inline void PadWithInactive(RayBatch& batch, std::size_t end) {
 /// Sets batch.ray_masks to null if no ray needs its mask looked at. Returns their block.
 /// (The way back, StoreHits, is compiled for each instruction set: see store_hits-inl.h.)
 RayBlock LoadRays(const RayView& view, std::size_t first, std::size_t count, Query query,
-                  const MeshTable& meshes, RayBatch& batch);
+                  const GeometryTable& geometries, RayBatch& batch);
 
 }  // namespace dacrt

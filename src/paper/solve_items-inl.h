@@ -37,10 +37,10 @@ inline void MakeRecord(const PaperTask& task, size_t slot, RayRecord& ray, FullH
   ray.time = task.frame.Time(index);
   SetReciprocals(ray);
   ray.state = RayRecord::kAtLimit;
-  if (kQuery == Query::kAny || batch.hits[index].mesh == PaperHit::kNone) return;
+  if (kQuery == Query::kAny || batch.hits[index].geometry == PaperHit::kNone) return;
   ray.state = RayRecord::kHasHit;
-  if (batch.hits[index].mesh & PaperHit::kAtLimit) ray.state |= RayRecord::kAtLimit;
-  ray.hit = batch.hits[index].mesh & ~PaperHit::kAtLimit;
+  if (batch.hits[index].geometry & PaperHit::kAtLimit) ray.state |= RayRecord::kAtLimit;
+  ray.hit = batch.hits[index].geometry & ~PaperHit::kAtLimit;
   hit = batch.full_hits[index];
 }
 
@@ -62,7 +62,7 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
   ++task.statistics.direct_solves;
   task.statistics.direct_rays += rays.count;
   task.statistics.triangle_tests += rays.count * triangles.count();
-  const MeshTable& meshes = task.scene.meshes;
+  const GeometryTable& geometries = task.scene.geometries;
   StackMemory<kItemRays> memory;
   SplitMemory split_memory(task.scratch.subset);
   uint32_t order[kLeafLanes];
@@ -91,7 +91,7 @@ void SolveItems(const PaperTask& task, const TriangleRange& triangles, const Ray
       const size_t items = std::min(kLeafLanes, triangles.end - begin);
       for (size_t i = 0; i < items; ++i) {
         const TriangleRef& ref = task.refs[begin + i];
-        order[i] = meshes.Number(ref.mesh, ref.primitive);
+        order[i] = geometries.Number(ref.geometry, ref.primitive);
       }
       TestRange<kQuery>(trace, 0, items, list, count, memory.Lists());
     }

@@ -49,7 +49,7 @@ class Solver {
 
   void SolveDirectly(const TriangleRange& triangles, const RayBlock& rays) const {
     const StepClock::Charge charge(task_.clock, Step::kDirect);
-    if (task_.scene.meshes.is_plain()) {
+    if (task_.scene.geometries.is_plain()) {
       return SolveDirect<kQuery>(task_, triangles, rays);
     }
     SolveItems<kQuery>(task_, triangles, rays);

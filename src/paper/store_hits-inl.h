@@ -36,7 +36,7 @@ inline size_t StoreFullHits(const RayView& view, size_t first, const RayBatch& b
   size_t hits = 0;
   for (size_t slot = block.begin; slot < block.begin + block.count; ++slot) {
     const uint32_t index = batch.index[slot];
-    if (batch.hits[index].mesh == PaperHit::kNone) continue;
+    if (batch.hits[index].geometry == PaperHit::kNone) continue;
     layout.WriteHit(first + index, batch.full_hits[index]);
     ++hits;
   }
@@ -54,7 +54,7 @@ struct StoredRays {
 /// Writes the closest hits of `block`. Returns their number. Everything but the triangle's name is
 /// computed here from ray and corners, just as the direct solve did, which is cheaper than to carry
 /// it along.
-inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& meshes,
+inline size_t StoreClosest(const RayView& view, size_t first, const GeometryTable& geometries,
                            const RayBatch& batch, const RayBlock& block, TriangleBlock& triangles) {
   const RecordLayout layout(view);
   StoredRays rays;
@@ -66,8 +66,8 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
     size_t count = 0;
     for (; slot < end && count < TriangleBlock::kCapacity; ++slot) {
       const PaperHit hit = batch.hits[batch.index[slot]];
-      if (hit.mesh == PaperHit::kNone) continue;
-      rays.hits[count] = {hit.primitive, hit.mesh & ~PaperHit::kAtLimit};
+      if (hit.geometry == PaperHit::kNone) continue;
+      rays.hits[count] = {hit.primitive, hit.geometry & ~PaperHit::kAtLimit};
       rays.index[count] = batch.index[slot];
       for (int axis = 0; axis < 3; ++axis) {
         rays.org[axis][count] = batch.org[axis][slot];
@@ -76,7 +76,7 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
       ++count;
     }
     GatherTriangles(
-        meshes, count, [&](size_t i) -> const PaperHit& { return rays.hits[i]; }, triangles);
+        geometries, count, [&](size_t i) -> const PaperHit& { return rays.hits[i]; }, triangles);
     for (size_t i = 0; i < count; ++i) {
       const size_t lane = i % Lanes();
       if (lane == 0) {
@@ -96,7 +96,7 @@ inline size_t StoreClosest(const RayView& view, size_t first, const MeshTable& m
                        u[lane],
                        v[lane],
                        rays.hits[i].primitive,
-                       meshes[rays.hits[i].mesh].geometry_id,
+                       geometries[rays.hits[i].geometry].geometry_id,
                        view.instance_value,
                        t[lane]});
     }

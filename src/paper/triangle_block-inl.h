@@ -7,7 +7,7 @@
 #define DACRT_PAPER_TRIANGLE_BLOCK_INL_H_
 #endif
 
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "geometry/triangle_test-inl.h"
 #include "runtime/scratch.h"
 
@@ -53,17 +53,17 @@ HWY_INLINE void FinishTriangles(TriangleBlock& block) {
 }
 
 /// Fills `block` with the triangles named by `name(i)`, i < count <= TriangleBlock::kCapacity; a
-/// name has the members `mesh` and `primitive`.
+/// name has the members `geometry` and `primitive`.
 template <class Name>
-HWY_INLINE void GatherTriangles(const MeshTable& meshes, size_t count, const Name& name,
+HWY_INLINE void GatherTriangles(const GeometryTable& geometries, size_t count, const Name& name,
                                 TriangleBlock& block) {
   block.count = count;
   for (size_t i = 0; i < count; ++i) {
     const auto& triangle = name(i);
     Corners corners;
-    if (!meshes.ReadCorners(triangle.mesh, triangle.primitive, corners)) corners = {};
+    if (!geometries.ReadCorners(triangle.geometry, triangle.primitive, corners)) corners = {};
     PlaceTriangle(block, i, corners.v[0], corners.v[1], corners.v[2]);
-    block.mesh[i] = triangle.mesh;
+    block.geometry[i] = triangle.geometry;
     block.primitive[i] = triangle.primitive;
   }
   FinishTriangles(block);

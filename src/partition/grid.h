@@ -46,7 +46,7 @@ class Grid {
   uint32_t* place_of(std::size_t part) const { return place + part * CellCount(); }
 
   uint32_t cells_an_axis;  ///< not more cells than triangles
-  TriangleRef* cells;      ///< bounds, `primitive` is the cell's number, `mesh` its triangles
+  TriangleRef* cells;      ///< bounds, number (as `primitive`), and triangle count
   uint32_t* place;         ///< by the cell's number: its triangles, then where the next one goes
   BinaryRange* ranges;     ///< of cells; kMostRanges
   WideNode* nodes;         ///< over the cells; kMostNodes

@@ -19,11 +19,11 @@ std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes,
   return 16 + lanes * kLeafLanes / (lanes_a_node * leaf_lanes);
 }
 
-std::size_t LanesOf(const MeshTable& meshes) {
-  std::size_t lanes = meshes.triangle_count();
-  if (meshes.all_fill_one_lane()) return lanes;
-  for (uint32_t mesh = 0; mesh < meshes.meshes().size(); ++mesh) {
-    lanes += (meshes.LanesOf(mesh) - 1) * meshes[mesh].triangle_count;
+std::size_t LanesOf(const GeometryTable& geometries) {
+  std::size_t lanes = geometries.triangle_count();
+  if (geometries.all_fill_one_lane()) return lanes;
+  for (uint32_t geometry = 0; geometry < geometries.size(); ++geometry) {
+    lanes += (geometries.LanesOf(geometry) - 1) * geometries[geometry].triangle_count;
   }
   return lanes;
 }
@@ -58,10 +58,10 @@ std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
   return std::max(budget, LeastBytes(triangles)) / kLeafUnit * kLeafUnit;
 }
 
-KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list,
+KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget, ListFunction list,
                              TaskPool& tasks, const MemoryAccount* account)
-    : meshes_(&meshes), account_(account) {
-  const std::size_t most = meshes.triangle_count();
+    : geometries_(&geometries), account_(account) {
+  const std::size_t most = geometries.triangle_count();
   const std::size_t bytes = BytesFor(most, budget);
   memory_ = Pages(bytes, account);
   std::byte* next = memory_.data();
@@ -70,7 +70,7 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
   room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
-  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(meshes)));
+  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)));
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
@@ -79,7 +79,7 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   // Larger ones where nodes over those would not find room: what a large leaf costs is little
   // beside a subset without nodes, of which every triangle is tested.
   while (leaf_lanes_ < kMostLeafLanes &&
-         NodesFor(LanesOf(meshes), leaf_lanes_) * kUnitsANode > room_units_) {
+         NodesFor(LanesOf(geometries), leaf_lanes_) * kUnitsANode > room_units_) {
     leaf_lanes_ *= 2;
   }
 
@@ -90,7 +90,7 @@ KeptPartition::KeptPartition(const MeshTable& meshes, std::size_t budget, ListFu
   subsets_[0].parent = Subset::kNowhere;
   subsets_[0].root = Subset::kUnsplit;
   subsets_[0].made_surface = bounds_.HalfArea();
-  subsets_[0].mesh_bits = 0;
+  subsets_[0].geometry_bits = 0;
 }
 
 /// What nodes leave for leaves.
@@ -101,7 +101,7 @@ std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
 
 void KeptPartition::SetShortLived() {
   is_short_lived_ = true;
-  const std::size_t nodes = NodesFor(LanesOf(*meshes_), kLeafLanes, kLanesANodeFast);
+  const std::size_t nodes = NodesFor(LanesOf(*geometries_), kLeafLanes, kLanesANodeFast);
   leaf_units_ = std::min(leaf_units_, LeafUnitsBeside(nodes));
   leaf_room_ = leaf_units_ > 0;
 }
@@ -114,7 +114,8 @@ void KeptPartition::List(ListFunction list, TaskPool& tasks) {
   std::vector<ListedTriangles> pieces((most + kPiece - 1) / kPiece);
   tasks.ForEach(pieces.size(), [&](std::size_t i) {
     const std::size_t begin = i * kPiece;
-    pieces[i] = list(*meshes_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
+    pieces[i] =
+        list(*geometries_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
   });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {

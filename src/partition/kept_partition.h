@@ -15,7 +15,7 @@
 #include <span>
 
 #include "geometry/box.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "leaf/leaf_block.h"
@@ -46,9 +46,10 @@ struct Subset {
   uint32_t node_count;         ///< nodes in a row from there
   float made_surface;          ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
-  /// Which meshes have triangles here: a bit for each of 64 rows of meshes; 0 if it is not known.
-  uint64_t mesh_bits;
-  float lower[3], upper[3];  ///< bounds; known where mesh_bits are
+  /// Which geometries have triangles here: a bit for each of 64 rows of geometries; 0 if it is not
+  /// known.
+  uint64_t geometry_bits;
+  float lower[3], upper[3];  ///< bounds; known where geometry_bits are
 
   Box bounds() const {
     Box box;
@@ -81,7 +82,7 @@ struct ListedTriangles {
 
 /// Writes the numbers of those among [begin, end) that can be hit, and behind them, up to
 /// numbers + end - begin, those of the others (see list_triangles-inl.h).
-using ListFunction = ListedTriangles (*)(const MeshTable& meshes, std::size_t begin,
+using ListFunction = ListedTriangles (*)(const GeometryTable& geometries, std::size_t begin,
                                          std::size_t end, uint32_t* numbers);
 
 class KeptPartition {
@@ -90,12 +91,12 @@ class KeptPartition {
   /// Leaf blocks are read by whole vectors, which may reach so far behind their end.
   static constexpr std::size_t kReadBehind = 64;
 
-  /// For `meshes`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
+  /// For `geometries`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a byte more for each counts as one that
   /// just does. `account`, if there is one, hears of them, and of the memory
   /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
-  KeptPartition(const MeshTable& meshes, std::size_t budget, ListFunction list, TaskPool& tasks,
-                const MemoryAccount* account = nullptr);
+  KeptPartition(const GeometryTable& geometries, std::size_t budget, ListFunction list,
+                TaskPool& tasks, const MemoryAccount* account = nullptr);
 
   /// Least budget with which anything is kept.
   static std::size_t LeastBytes(std::size_t triangles);
@@ -108,10 +109,10 @@ class KeptPartition {
   /// Bounds of lower + upper of each triangle, which is twice its centre.
   const Box& centers() const { return centers_; }
 
-  const MeshTable& meshes() const { return *meshes_; }
+  const GeometryTable& geometries() const { return *geometries_; }
   const MemoryAccount* account() const { return account_; }
-  /// The numbers of the triangles (see MeshTable::Number), in the kept order, with marks. Those of
-  /// a subset may be reordered by whoever splits it.
+  /// The numbers of the triangles (see GeometryTable::Number), in the kept order, with marks. Those
+  /// of a subset may be reordered by whoever splits it.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
   WideNode& node(uint32_t number) {
@@ -168,9 +169,9 @@ class KeptPartition {
   /// Bytes of a partition that is made for so many triangles with this budget.
   static std::size_t BytesFor(std::size_t triangles, std::size_t budget);
 
-  /// From now on for these meshes, of as many triangles as before (see refit.h).
-  void SetMeshes(const MeshTable& meshes) {
-    meshes_ = &meshes;
+  /// From now on for these geometries, of as many triangles as before (see refit.h).
+  void SetGeometries(const GeometryTable& geometries) {
+    geometries_ = &geometries;
     is_short_lived_ = true;
   }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
@@ -193,7 +194,7 @@ class KeptPartition {
   /// A budget has so little to spare beside nodes and leaves.
   static constexpr std::size_t kMostLost = 32;
 
-  const MeshTable* meshes_;
+  const GeometryTable* geometries_;
   const MemoryAccount* const account_;
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();

@@ -16,14 +16,14 @@ namespace HWY_NAMESPACE {
 
 /// Of the triangles numbered [begin, end), writes the numbers of those that can be hit to
 /// `numbers`, and those of the others behind them.
-inline ListedTriangles ListTriangles(const MeshTable& meshes, size_t begin, size_t end,
+inline ListedTriangles ListTriangles(const GeometryTable& geometries, size_t begin, size_t end,
                                      uint32_t* numbers) {
   CornerBounds bounds, centers;
   size_t count = 0, left_out = end - begin;
   for (size_t number = begin; number < end; ++number) {
-    const MeshTable::Name name = meshes.Locate(static_cast<uint32_t>(number));
+    const GeometryTable::Name name = geometries.Locate(static_cast<uint32_t>(number));
     CornerBox box;
-    if (HWY_UNLIKELY(!BoundIfUsable(meshes, name, box))) {
+    if (HWY_UNLIKELY(!BoundIfUsable(geometries, name, box))) {
       numbers[--left_out] = static_cast<uint32_t>(number);
       continue;
     }

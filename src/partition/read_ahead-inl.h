@@ -1,5 +1,5 @@
-// Going through triangles in the kept order, which is not that of their meshes: what will be read
-// of them is fetched some triangles ahead.
+// Going through triangles in the kept order, which is not that of their geometries: what will be
+// read of them is fetched some triangles ahead.
 
 #if defined(DACRT_PARTITION_READ_AHEAD_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_PARTITION_READ_AHEAD_INL_H_
@@ -17,39 +17,43 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Names of triangles of which many that follow each other are of one mesh.
+/// Names of triangles of which many that follow each other are of one geometry.
 class NameFinder {
  public:
-  explicit NameFinder(const MeshTable& meshes) : meshes_(meshes) {}
+  explicit NameFinder(const GeometryTable& geometries) : geometries_(geometries) {}
 
-  HWY_INLINE MeshTable::Name Find(uint32_t number) {
+  HWY_INLINE GeometryTable::Name Find(uint32_t number) {
     if (HWY_UNLIKELY(number - first_ >= count_)) {
-      mesh_ = meshes_.Locate(number).mesh;
-      first_ = meshes_.Number(mesh_, 0);
-      count_ = static_cast<uint32_t>(meshes_[mesh_].triangle_count);
+      geometry_ = geometries_.Locate(number).geometry;
+      first_ = geometries_.Number(geometry_, 0);
+      count_ = static_cast<uint32_t>(geometries_[geometry_].triangle_count);
     }
-    return {mesh_, number - first_};
+    return {geometry_, number - first_};
   }
 
  private:
-  const MeshTable& meshes_;
-  uint32_t mesh_ = 0, first_ = 0, count_ = 0;
+  const GeometryTable& geometries_;
+  uint32_t geometry_ = 0, first_ = 0, count_ = 0;
 };
 
 class ReadAhead {
  public:
-  ReadAhead(const MeshTable& meshes, std::span<const uint32_t> order)
-      : meshes_(meshes), order_(order), now_(meshes), near_(meshes), far_(meshes) {}
+  ReadAhead(const GeometryTable& geometries, std::span<const uint32_t> order)
+      : geometries_(geometries),
+        order_(order),
+        now_(geometries),
+        near_(geometries),
+        far_(geometries) {}
 
   /// The name of the next triangle.
-  HWY_INLINE MeshTable::Name Next() {
+  HWY_INLINE GeometryTable::Name Next() {
     if (next_ + kFar < order_.size()) {
-      const MeshTable::Name name = far_.Find(KeptOrder::NumberOf(order_[next_ + kFar]));
-      if (meshes_.HasTriangles(name.mesh)) FetchIndices(meshes_, name);
+      const GeometryTable::Name name = far_.Find(KeptOrder::NumberOf(order_[next_ + kFar]));
+      if (geometries_.HasTriangles(name.geometry)) FetchIndices(geometries_, name);
     }
     if (next_ + kNear < order_.size()) {
-      const MeshTable::Name name = near_.Find(KeptOrder::NumberOf(order_[next_ + kNear]));
-      if (meshes_.HasTriangles(name.mesh)) FetchCorners(meshes_, name);
+      const GeometryTable::Name name = near_.Find(KeptOrder::NumberOf(order_[next_ + kNear]));
+      if (geometries_.HasTriangles(name.geometry)) FetchCorners(geometries_, name);
     }
     return now_.Find(KeptOrder::NumberOf(order_[next_++]));
   }
@@ -58,7 +62,7 @@ class ReadAhead {
   /// Triangles ahead of which indices are fetched, and vertices.
   static constexpr size_t kFar = 24, kNear = 12;
 
-  const MeshTable& meshes_;
+  const GeometryTable& geometries_;
   const std::span<const uint32_t> order_;
   size_t next_ = 0;
   NameFinder now_, near_, far_;

@@ -26,27 +26,27 @@ namespace HWY_NAMESPACE {
 /// Where triangles are that have moved.
 class ChangedTriangles {
  public:
-  ChangedTriangles(const MeshTable& meshes, const std::vector<bool>& changed) {
-    for (uint32_t mesh = 0; mesh < changed.size(); ++mesh) {
-      if (!changed[mesh]) continue;
-      bits_ |= MeshBit(meshes, mesh);
+  ChangedTriangles(const GeometryTable& geometries, const std::vector<bool>& changed) {
+    for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
+      if (!changed[geometry]) continue;
+      bits_ |= GeometryBit(geometries, geometry);
       if (rows_++ < kMostRows) {
-        first_[rows_ - 1] = meshes.Number(mesh, 0);
-        count_[rows_ - 1] = static_cast<uint32_t>(meshes[mesh].triangle_count);
+        first_[rows_ - 1] = geometries.Number(geometry, 0);
+        count_[rows_ - 1] = static_cast<uint32_t>(geometries[geometry].triangle_count);
       }
     }
   }
 
   /// Whether there are surely none in a subset.
   bool CannotBeIn(const Subset& subset) const {
-    return subset.mesh_bits != 0 && !(subset.mesh_bits & bits_);
+    return subset.geometry_bits != 0 && !(subset.geometry_bits & bits_);
   }
 
   /// Whether there are some, or may be: by a look at its triangles, which costs little where few
-  /// meshes have changed.
+  /// geometries have changed.
   bool AreIn(const KeptPartition& kept, const Subset& subset) const {
     if (CannotBeIn(subset)) return false;
-    if (subset.mesh_bits == 0 || rows_ > kMostRows) return true;
+    if (subset.geometry_bits == 0 || rows_ > kMostRows) return true;
     for (const uint32_t entry : kept.triangles().subspan(subset.begin, subset.count)) {
       const uint32_t number = KeptOrder::NumberOf(entry);
       for (size_t row = 0; row < rows_; ++row) {
@@ -90,8 +90,8 @@ inline uint32_t LargestWord(const void* rows_begin, size_t rows, size_t stride, 
   return largest;
 }
 
-/// Whether all triangles of a mesh can be hit, as far as its arrays say, each read once from one
-/// end to the other: coordinates that no triangle uses count, too.
+/// Whether all triangles of a geometry can be hit, as far as its arrays say, each read once from
+/// one end to the other: coordinates that no triangle uses count, too.
 inline bool AllCanBeHit(const TriangleMesh& mesh) {
   constexpr uint32_t kNoSign = 0x7FFFFFFFu;  // the larger the number, the larger are its bits
   if (LargestWord(mesh.vertices, mesh.vertex_count, mesh.vertex_stride, kNoSign) >
@@ -102,30 +102,31 @@ inline bool AllCanBeHit(const TriangleMesh& mesh) {
          mesh.vertex_count;
 }
 
-/// Whether the same items of a mesh can be hit as when the partition was made; `left_out` of them
-/// could not, and still cannot.
-inline bool SameCanBeHit(const MeshTable& now, uint32_t mesh, size_t left_out) {
-  if (left_out == 0 && now.HasTriangles(mesh) && AllCanBeHit(now[mesh])) return true;
+/// Whether the same items of a geometry can be hit as when the partition was made; `left_out` of
+/// them could not, and still cannot.
+inline bool SameCanBeHit(const GeometryTable& now, uint32_t geometry, size_t left_out) {
+  if (left_out == 0 && now.HasTriangles(geometry) && AllCanBeHit(now[geometry])) return true;
   size_t count = 0;
-  for (uint32_t primitive = 0; primitive < now[mesh].triangle_count; ++primitive) {
+  for (uint32_t primitive = 0; primitive < now[geometry].triangle_count; ++primitive) {
     CornerBox box;
-    count += !BoundIfUsable(now, {mesh, primitive}, box);
+    count += !BoundIfUsable(now, {geometry, primitive}, box);
   }
   return count == left_out;
 }
 
-inline bool SameCanBeHit(const KeptPartition& kept, const MeshTable& now,
+inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
                          const std::vector<bool>& changed, TaskPool& tasks) {
   std::vector<size_t> left_out(changed.size());
   for (const uint32_t number : kept.left_out()) {
     CornerBox box;
-    const MeshTable::Name name = now.Locate(number);
+    const GeometryTable::Name name = now.Locate(number);
     if (BoundIfUsable(now, name, box)) return false;
-    ++left_out[name.mesh];
+    ++left_out[name.geometry];
   }
   std::atomic<bool> is_same{true};
-  tasks.ForEach(changed.size(), [&](size_t mesh) {
-    if (changed[mesh] && is_same && !SameCanBeHit(now, static_cast<uint32_t>(mesh), left_out[mesh]))
+  tasks.ForEach(changed.size(), [&](size_t geometry) {
+    if (changed[geometry] && is_same &&
+        !SameCanBeHit(now, static_cast<uint32_t>(geometry), left_out[geometry]))
       is_same = false;
   });
   return is_same;
@@ -137,7 +138,7 @@ inline bool IsUnit(const Subset& subset) {
 }
 
 /// About the bounds that a subset will have: those of some of its triangles, or what is known.
-inline Box EstimateBounds(const KeptPartition& kept, const MeshTable& now, const Subset& subset,
+inline Box EstimateBounds(const KeptPartition& kept, const GeometryTable& now, const Subset& subset,
                           const ChangedTriangles& changed) {
   if (changed.CannotBeIn(subset)) return subset.bounds();
   constexpr size_t kLooks = 16;
@@ -154,7 +155,7 @@ inline Box EstimateBounds(const KeptPartition& kept, const MeshTable& now, const
 
 /// Whether the subsets have grown, relative to the whole, so much that rays would come to too many
 /// of them.
-inline bool HaveDecayed(const KeptPartition& kept, const MeshTable& now,
+inline bool HaveDecayed(const KeptPartition& kept, const GeometryTable& now,
                         const ChangedTriangles& changed) {
   Box all = Box::Empty();
   float surface = 0, made_surface = 0;
@@ -171,7 +172,7 @@ inline bool HaveDecayed(const KeptPartition& kept, const MeshTable& now,
   return surface * made_all > refit::kMostDecay * made_surface * all.HalfArea();
 }
 
-inline bool CanRefit(const KeptPartition& kept, const MeshTable& now, const RefitPlan& plan,
+inline bool CanRefit(const KeptPartition& kept, const GeometryTable& now, const RefitPlan& plan,
                      TaskPool& tasks) {
   if (kept.triangle_count() == 0 || kept.subset(0).root == Subset::kUnsplit) return false;
   if (kept.IsWornOut() && !plan.always) return false;
@@ -181,17 +182,17 @@ inline bool CanRefit(const KeptPartition& kept, const MeshTable& now, const Refi
 
 /// The bounds of a subset that has no nodes.
 inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
-  const MeshTable& meshes = kept.meshes();
-  ReadAhead names(meshes, kept.triangles().subspan(subset.begin, subset.count));
+  const GeometryTable& geometries = kept.geometries();
+  ReadAhead names(geometries, kept.triangles().subspan(subset.begin, subset.count));
   CornerBounds bounds;
-  uint64_t mesh_bits = 0;
+  uint64_t geometry_bits = 0;
   for (uint32_t i = 0; i < subset.count; ++i) {
-    const MeshTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(meshes, name);
+    const GeometryTable::Name name = names.Next();
+    const auto [lower, upper] = BoundUsable(geometries, name);
     bounds.Extend(lower, upper);
-    mesh_bits |= MeshBit(meshes, name.mesh);
+    geometry_bits |= GeometryBit(geometries, name.geometry);
   }
-  subset.mesh_bits = mesh_bits;
+  subset.geometry_bits = geometry_bits;
   return bounds.Get();
 }
 
@@ -200,7 +201,7 @@ inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
   const uint32_t root = subset.root & ~Subset::kStale;
   SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count});
   const Box bounds = refit.Refit(root);
-  subset.mesh_bits = refit.mesh_bits();
+  subset.geometry_bits = refit.geometry_bits();
   const bool has_decayed =
       !always && RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
                      refit::kMostDecay * subset.decay_base;
@@ -246,9 +247,9 @@ class RefitOver {
   KeptPartition& kept_;
 };
 
-inline void Refit(KeptPartition& kept, const MeshTable& now, const RefitPlan& plan,
+inline void Refit(KeptPartition& kept, const GeometryTable& now, const RefitPlan& plan,
                   TaskPool& tasks) noexcept {
-  kept.SetMeshes(now);
+  kept.SetGeometries(now);
   const ChangedTriangles changed(now, plan.changed);
   const size_t count = kept.subset_count();
   constexpr size_t kPiece = 8;  // subsets: some thousand triangles

@@ -13,7 +13,7 @@ bool AreSame(const std::vector<Array>& a, const std::vector<Array>& b) {
 
 }  // namespace
 
-bool HaveSameItems(const MeshTable& before, const MeshTable& now) {
+bool HaveSameItems(const GeometryTable& before, const GeometryTable& now) {
   const Shapes &a = before.shapes(), &b = now.shapes();
   if (a.size() != b.size()) return false;
   for (uint32_t i = 0; i < a.size(); ++i) {
@@ -26,7 +26,7 @@ bool HaveSameItems(const MeshTable& before, const MeshTable& now) {
   return true;
 }
 
-std::vector<bool> ChangedMeshes(const MeshTable& before, const MeshTable& now) {
+std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now) {
   const Shapes &a = before.shapes(), &b = now.shapes();
   std::vector<bool> changed(b.size());
   for (uint32_t i = 0; i < b.size(); ++i) {

@@ -1,7 +1,7 @@
 // Refit: where only vertices have moved since the last commit, the old partition gets new bounds.
 //
 // A commit renews the volumes of nodes and the copies that leaves have, and only of those in
-// subsets that hold a mesh which changed. Where a copy is not as easily renewed, that waits for
+// subsets that hold a geometry which changed. Where a copy is not as easily renewed, that waits for
 // rays (trace/give_leaves.h). To wait with whole subsets does not pay: in halls, Sponza and the
 // dragon a thousand rays come to nearly all of them, and their bounds want a look at every triangle
 // before.
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "geometry/box.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "partition/kept_partition.h"
 #include "runtime/tasks.h"
 
@@ -28,25 +28,25 @@ inline constexpr float kMostDecay = 1.6f;
 
 /// What a refit will do. To make it changes nothing; to carry it out cannot fail.
 struct RefitPlan {
-  std::vector<bool> changed;  ///< which meshes have moved
+  std::vector<bool> changed;  ///< which geometries have moved
   bool always;                ///< however much subsets have decayed
 };
 
 /// Whether two tables describe the same items in the same order, with the same indices, so that
 /// nothing but coordinates may differ.
-bool HaveSameItems(const MeshTable& before, const MeshTable& now);
+bool HaveSameItems(const GeometryTable& before, const GeometryTable& now);
 
-/// Which meshes of `now` may differ from what they were before, where they have the same items.
-std::vector<bool> ChangedMeshes(const MeshTable& before, const MeshTable& now);
+/// Which geometries of `now` may differ from what they were before, where they have the same items.
+std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now);
 
-/// Whether `kept` can be refitted to the meshes `now`, which have the same items, as `plan` says.
-/// False if the partition must be made anew: other items than before can be hit, or, unless the
-/// plan says always, its subsets have decayed.
-using CanRefitFunction = bool (*)(const KeptPartition& kept, const MeshTable& now,
+/// Whether `kept` can be refitted to the geometries `now`, which have the same items, as `plan`
+/// says. False if the partition must be made anew: other items than before can be hit, or, unless
+/// the plan says always, its subsets have decayed.
+using CanRefitFunction = bool (*)(const KeptPartition& kept, const GeometryTable& now,
                                   const RefitPlan& plan, TaskPool& tasks);
 
 /// Does it. Nobody may trace meanwhile.
-using RefitFunction = void (*)(KeptPartition& kept, const MeshTable& now, const RefitPlan& plan,
+using RefitFunction = void (*)(KeptPartition& kept, const GeometryTable& now, const RefitPlan& plan,
                                TaskPool& tasks) noexcept;
 
 }  // namespace dacrt

@@ -23,18 +23,18 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// The bit of a mesh among Subset::mesh_bits.
-inline uint64_t MeshBit(const MeshTable& meshes, uint32_t mesh) {
-  return uint64_t{1} << (uint64_t{mesh} * 64 / meshes.meshes().size());
+/// The bit of a geometry among Subset::geometry_bits.
+inline uint64_t GeometryBit(const GeometryTable& geometries, uint32_t geometry) {
+  return uint64_t{1} << (uint64_t{geometry} * 64 / geometries.size());
 }
 
 class SubsetRefit {
  public:
   SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes)
       : kept_(kept),
-        meshes_(kept.meshes()),
+        geometries_(kept.geometries()),
         order_(kept.triangles().subspan(subset.begin, subset.count)),
-        names_(meshes_) {
+        names_(geometries_) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
     ReadIndices();
     for (const WideNode& node : nodes) FetchCopies(node);
@@ -57,32 +57,32 @@ class SubsetRefit {
     return all.Get();
   }
 
-  uint64_t mesh_bits() const { return mesh_bits_; }
+  uint64_t geometry_bits() const { return geometry_bits_; }
 
  private:
   /// Of all triangles before anything else is done, so that the processor waits for many at once;
   /// the vertices are on their way then.
   void ReadIndices() {
     for (size_t i = 0; i < order_.size();) {
-      const uint32_t mesh = meshes_.Locate(KeptOrder::NumberOf(order_[i])).mesh;
-      const uint32_t first = meshes_.Number(mesh, 0);
-      const auto count = static_cast<uint32_t>(meshes_[mesh].triangle_count);
-      mesh_bits_ |= MeshBit(meshes_, mesh);
-      const bool has_triangles = meshes_.HasTriangles(mesh);
+      const uint32_t geometry = geometries_.Locate(KeptOrder::NumberOf(order_[i])).geometry;
+      const uint32_t first = geometries_.Number(geometry, 0);
+      const auto count = static_cast<uint32_t>(geometries_[geometry].triangle_count);
+      geometry_bits_ |= GeometryBit(geometries_, geometry);
+      const bool has_triangles = geometries_.HasTriangles(geometry);
       for (; i < order_.size(); ++i) {
         const uint32_t primitive = KeptOrder::NumberOf(order_[i]) - first;
         if (primitive >= count) break;
         if (!has_triangles) continue;
         if (i + kAhead < order_.size()) {
           const uint32_t far = KeptOrder::NumberOf(order_[i + kAhead]) - first;
-          if (far < count) hwy::Prefetch(meshes_.IndicesOf(mesh, far));
+          if (far < count) hwy::Prefetch(geometries_.IndicesOf(geometry, far));
         }
-        memcpy(index_[i], meshes_.IndicesOf(mesh, primitive), sizeof(index_[i]));
+        memcpy(index_[i], geometries_.IndicesOf(geometry, primitive), sizeof(index_[i]));
         // Fetching does not fail, whatever the address.
-        const auto start = reinterpret_cast<std::uintptr_t>(meshes_[mesh].vertices);
+        const auto start = reinterpret_cast<std::uintptr_t>(geometries_[geometry].vertices);
         for (const uint32_t vertex : index_[i]) {
           hwy::Prefetch(
-              reinterpret_cast<const char*>(start + vertex * meshes_[mesh].vertex_stride));
+              reinterpret_cast<const char*>(start + vertex * geometries_[geometry].vertex_stride));
         }
       }
     }
@@ -112,20 +112,20 @@ class SubsetRefit {
     bool is_last;
     do {
       const uint32_t entry = order_[next_++];
-      const auto [lower, upper] = BoundUsable(meshes_, names_.Find(KeptOrder::NumberOf(entry)));
+      const auto [lower, upper] = BoundUsable(geometries_, names_.Find(KeptOrder::NumberOf(entry)));
       bounds.Extend(lower, upper);
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
     } while (!is_last && next_ < order_.size());
     return bounds.Get();
   }
 
-  /// Copies the vertices of a leaf of still triangles of one mesh. False, and what is in the block
-  /// is scrap, if it is another one, or if it has one vertex for corners whose indices differ:
-  /// they were in one place, and may have come apart.
+  /// Copies the vertices of a leaf of still triangles of one geometry. False, and what is in the
+  /// block is scrap, if it is another one, or if it has one vertex for corners whose indices
+  /// differ: they were in one place, and may have come apart.
   HWY_INLINE bool RenewCopy(LeafBlock& block, CornerBounds& bounds) {
     if (!block.IsPlain() || block.second != 0 || block.geometry == LeafBlock::kSeveral)
       return false;
-    const TriangleMesh& mesh = meshes_[block.geometry];
+    const TriangleMesh& mesh = geometries_[block.geometry];
     const size_t lanes = block.lanes, places = block.vertices;
     const uint8_t* const place_of = block.indices();
     const uint32_t(*const index)[3] = index_ + next_;
@@ -164,11 +164,11 @@ class SubsetRefit {
   static constexpr size_t kAhead = 32;
 
   KeptPartition& kept_;
-  const MeshTable& meshes_;
+  const GeometryTable& geometries_;
   const std::span<const uint32_t> order_;
   NameFinder names_;
   size_t next_ = 0;
-  uint64_t mesh_bits_ = 0;
+  uint64_t geometry_bits_ = 0;
   uint32_t index_[SubsetScratch::kTriangles][3];
 };
 

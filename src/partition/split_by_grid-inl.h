@@ -69,7 +69,8 @@ inline void SortIntoCells(KeptPartition& kept, std::span<const uint32_t> triangl
     place[cell] = 0;
   }
   for (size_t i = part.begin; i < part.end; ++i) {
-    const auto [lower, upper] = BoundUsable(kept.meshes(), kept.meshes().Locate(triangles[i]));
+    const auto [lower, upper] =
+        BoundUsable(kept.geometries(), kept.geometries().Locate(triangles[i]));
     HWY_ALIGN int32_t number[4];
     map.bins.Map(TwiceCenter(lower, upper), number);
     const size_t cell = map.by_order
@@ -105,7 +106,7 @@ inline size_t JoinCells(Grid& grid, size_t parts) {
     lower.Store(ref.lower);
     upper.Store(ref.upper);
     ref.primitive = static_cast<uint32_t>(cell);
-    ref.mesh = count;
+    ref.triangle_count = count;
   }
   return used;
 }
@@ -144,7 +145,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
                             TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
-  const Box centers = is_all ? kept.centers() : BoundNumbers(kept.meshes(), triangles).centers;
+  const Box centers = is_all ? kept.centers() : BoundNumbers(kept.geometries(), triangles).centers;
   const size_t parts = tasks ? Grid::PartsFor(subset.count, tasks->threads()) : 1;
   Grid grid(subset.count, parts, kept.account());
   const auto for_each_part = [&](const auto& body) {
@@ -183,7 +184,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
     }
     child.count = subset.begin + next - child.begin;
     child.made_surface = grid.subsets[i].surface;
-    child.mesh_bits = 0;
+    child.geometry_bits = 0;
     child.root = Subset::kUnsplit;
     DACRT_ASSERT(child.count > 0);
   }

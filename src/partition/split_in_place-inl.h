@@ -23,10 +23,11 @@ struct NumberBounds {
   Box centers;
 };
 
-inline NumberBounds BoundNumbers(const MeshTable& meshes, std::span<const uint32_t> numbers) {
+inline NumberBounds BoundNumbers(const GeometryTable& geometries,
+                                 std::span<const uint32_t> numbers) {
   CornerBounds triangles, centers;
   for (const uint32_t number : numbers) {
-    const auto [lower, upper] = BoundUsable(meshes, meshes.Locate(number));
+    const auto [lower, upper] = BoundUsable(geometries, geometries.Locate(number));
     triangles.Extend(lower, upper);
     centers.Extend(TwiceCenter(lower, upper));
   }
@@ -35,15 +36,15 @@ inline NumberBounds BoundNumbers(const MeshTable& meshes, std::span<const uint32
 
 /// Moves the triangles of the lower half of space before the others, and returns how many they are;
 /// half of them, as they stand, where that leaves one side empty.
-inline size_t HalveNumbers(const MeshTable& meshes, std::span<uint32_t> numbers) {
-  const Box centers = BoundNumbers(meshes, numbers).centers;
+inline size_t HalveNumbers(const GeometryTable& geometries, std::span<uint32_t> numbers) {
+  const Box centers = BoundNumbers(geometries, numbers).centers;
   int axis = 0;
   for (int i = 1; i < 3; ++i) {
     if (centers.upper[i] - centers.lower[i] > centers.upper[axis] - centers.lower[axis]) axis = i;
   }
   const BinMap halves(centers, 2);
   const auto middle = std::partition(numbers.begin(), numbers.end(), [&](uint32_t number) HWY_ATTR {
-    const auto [lower, upper] = BoundUsable(meshes, meshes.Locate(number));
+    const auto [lower, upper] = BoundUsable(geometries, geometries.Locate(number));
     HWY_ALIGN int32_t half[4];
     halves.Map(TwiceCenter(lower, upper), half);
     return half[axis] == 0;
@@ -55,14 +56,14 @@ inline size_t HalveNumbers(const MeshTable& meshes, std::span<uint32_t> numbers)
 /// For subsets of at least WideNode::kWidth triangles. Returns the number of the root, which is the
 /// only node, or Subset::kNoRoom. Takes no memory but that of the partition.
 inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
-  const MeshTable& meshes = kept.meshes();
+  const GeometryTable& geometries = kept.geometries();
   std::span<uint32_t> children[WideNode::kWidth];
   children[0] = kept.triangles().subspan(subset.begin, subset.count);
   for (size_t count = 1; count < WideNode::kWidth; ++count) {
     auto& largest = *std::max_element(children, children + count, [](const auto& a, const auto& b) {
       return a.size() < b.size();
     });
-    const size_t lower = HalveNumbers(meshes, largest);
+    const size_t lower = HalveNumbers(geometries, largest);
     DACRT_ASSERT(lower > 0 && lower < largest.size());
     children[count] = largest.subspan(lower);
     largest = largest.first(lower);
@@ -71,7 +72,7 @@ inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
   Box bounds[WideNode::kWidth];
   const Box* boxes[WideNode::kWidth];
   for (uint32_t i = 0; i < WideNode::kWidth; ++i) {
-    bounds[i] = BoundNumbers(meshes, children[i]).triangles;
+    bounds[i] = BoundNumbers(geometries, children[i]).triangles;
     boxes[i] = &bounds[i];
     node.child[i] = ChildWord::Subset(i).bits();
   }
@@ -85,7 +86,7 @@ inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
     child.begin = static_cast<uint32_t>(children[i].data() - kept.triangles().data());
     child.count = static_cast<uint32_t>(children[i].size());
     child.made_surface = bounds[i].HalfArea();
-    child.mesh_bits = 0;
+    child.geometry_bits = 0;
     child.root = Subset::kUnsplit;
   }
   return root;

@@ -19,17 +19,17 @@ namespace HWY_NAMESPACE {
 
 /// Makes references to the triangles of `order`, at most SubsetScratch::kTriangles, in
 /// scratch.refs.
-inline TriangleRange ReferTriangles(const MeshTable& meshes, std::span<const uint32_t> order,
-                                    SubsetScratch& scratch) {
-  ReadAhead names(meshes, order);
+inline TriangleRange ReferTriangles(const GeometryTable& geometries,
+                                    std::span<const uint32_t> order, SubsetScratch& scratch) {
+  ReadAhead names(geometries, order);
   for (size_t i = 0; i < order.size(); ++i) {
-    const MeshTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(meshes, name);
+    const GeometryTable::Name name = names.Next();
+    const auto [lower, upper] = BoundUsable(geometries, name);
     TriangleRef& ref = scratch.refs[i];
     lower.Store(ref.lower);
     upper.Store(ref.upper);
     ref.primitive = name.primitive;
-    ref.mesh = name.mesh;
+    ref.geometry = name.geometry;
   }
   return MeasureTriangles(scratch.refs, 0, order.size());
 }
@@ -65,31 +65,31 @@ constexpr size_t BySurface(SplitRule rule, size_t leaf_lanes) {
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
 /// nodes, 0 if they have no room, and the bounds of the triangles if they are asked for.
-inline size_t SplitTriangles(const MeshTable& meshes, size_t leaf_lanes, uint32_t first,
+inline size_t SplitTriangles(const GeometryTable& geometries, size_t leaf_lanes, uint32_t first,
                              std::span<uint32_t> order, SplitRule rule, SubsetScratch& scratch,
                              Box* bounds = nullptr) {
   DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
-  const TriangleRange range = ReferTriangles(meshes, order, scratch);
+  const TriangleRange range = ReferTriangles(geometries, order, scratch);
   if (bounds) *bounds = range.bounds;
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
   const std::span<BinaryRange> ranges(scratch.ranges);
   const std::span<WideNode> nodes(scratch.nodes);
   size_t count;
-  if (meshes.all_fill_one_lane()) {
+  if (geometries.all_fill_one_lane()) {
     SortAlongCurve(range, scratch);
     const AlongCurve curve{scratch.codes[0], BySurface(rule, leaf_lanes)};
     count = NodeBuilder(curve, scratch.refs, leaves, ranges, nodes, scratch)
                 .Build({range, range.count()});
   } else {
-    const Items items{meshes};
+    const Items items{geometries};
     size_t weight = 0;
     for (size_t i = 0; i < order.size(); ++i) weight += items.Weight(scratch.refs[i]);
     count = NodeBuilder(items, scratch.refs, leaves, ranges, nodes, scratch).Build({range, weight});
   }
   if (count == 0) return 0;
   for (size_t i = 0; i < order.size(); ++i) {
-    order[i] = meshes.Number(scratch.refs[i].mesh, scratch.refs[i].primitive);
+    order[i] = geometries.Number(scratch.refs[i].geometry, scratch.refs[i].primitive);
     if (scratch.is_last[i]) order[i] |= KeptOrder::kLastOfLeaf;
   }
   return count;
@@ -156,7 +156,7 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, SubsetScra
   std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
   const SplitRule rule = kept.is_short_lived() ? SplitRule::kFast : SplitRule::kWell;
-  const size_t count = SplitTriangles(kept.meshes(), kept.leaf_lanes(), subset.begin,
+  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), subset.begin,
                                       {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
   uint32_t no_subset;

@@ -21,12 +21,13 @@ struct Triangles {
   HWY_INLINE size_t Weight(const TriangleRef&) const { return 1; }
 };
 struct Items {
-  HWY_INLINE size_t Weight(const TriangleRef& item) const { return meshes.LanesOf(item.mesh); }
-  const MeshTable& meshes;
+  HWY_INLINE size_t Weight(const TriangleRef& item) const {
+    return geometries.LanesOf(item.geometry);
+  }
+  const GeometryTable& geometries;
 };
 struct Cells {
-  /// A cell's number of triangles stands in the place of the mesh.
-  HWY_INLINE size_t Weight(const TriangleRef& cell) const { return cell.mesh; }
+  HWY_INLINE size_t Weight(const TriangleRef& cell) const { return cell.triangle_count; }
 };
 
 /// What testing a ray against so many triangles costs: a leaf's are tested side by side.

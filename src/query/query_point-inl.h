@@ -43,9 +43,11 @@ class PointWalk {
   void Walk() {
     if (!domain_.IsValid() || scene_.triangle_count == 0) return;
     if (scene_.kept) return WalkSubset(0);
-    const auto all = scene_.meshes.meshes();
-    for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
-      for (uint32_t item = 0; item < all[mesh].triangle_count; ++item) VisitItem({mesh, item});
+    const GeometryTable& all = scene_.geometries;
+    for (uint32_t geometry = 0; geometry < all.size(); ++geometry) {
+      for (uint32_t item = 0; item < all[geometry].triangle_count; ++item) {
+        VisitItem({geometry, item});
+      }
     }
   }
 
@@ -131,50 +133,50 @@ class PointWalk {
   }
 
   void VisitEntry(uint32_t entry) {
-    VisitItem(scene_.meshes.Locate(KeptOrder::NumberOf(entry)));
+    VisitItem(scene_.geometries.Locate(KeptOrder::NumberOf(entry)));
   }
 
-  void VisitItem(MeshTable::Name item) {
-    const Shapes& shapes = scene_.meshes.shapes();
-    const Geometry& geometry = shapes[item.mesh];
+  void VisitItem(GeometryTable::Name item) {
+    const Shapes& shapes = scene_.geometries.shapes();
+    const Geometry& geometry = shapes[item.geometry];
     const bool is_instance = geometry.shape == Shape::kInstance;
     if (!is_instance && !geometry.point_callback) return;
     TriangleRef bounds;
-    if (!BoundTriangle(scene_.meshes, item, bounds)) return;
+    if (!BoundTriangle(scene_.geometries, item, bounds)) return;
     if (!domain_.Meets(bounds.lower, bounds.upper)) return;
-    if (shapes.IsMoving(item.mesh) && !MeetsNow(item)) return;
-    if (is_instance) return WalkInstance(item.mesh);
-    const uint32_t primitive = shapes.PrimitiveOf(item.mesh, item.primitive);
-    if (geometry.shape == Shape::kGrids && !MarkGrid(item.mesh, primitive)) return;
+    if (shapes.IsMoving(item.geometry) && !MeetsNow(item)) return;
+    if (is_instance) return WalkInstance(item.geometry);
+    const uint32_t primitive = shapes.PrimitiveOf(item.geometry, item.primitive);
+    if (geometry.shape == Shape::kGrids && !MarkGrid(item.geometry, primitive)) return;
     const float radius = geometry.point_callback(
         {geometry.geometry_id, primitive, instance_, task_.radius, task_.query.call});
     if (radius < task_.radius) ShrinkTo(radius);
   }
 
   /// Whether a moving item is there at the query's time, and then in the domain.
-  bool MeetsNow(MeshTable::Name item) const {
-    const Shapes& shapes = scene_.meshes.shapes();
-    const std::optional<Moment> moment = shapes.MomentAt(item.mesh, task_.query.time);
+  bool MeetsNow(GeometryTable::Name item) const {
+    const Shapes& shapes = scene_.geometries.shapes();
+    const std::optional<Moment> moment = shapes.MomentAt(item.geometry, task_.query.time);
     if (!moment) return false;
-    const Box bounds = shapes.BoundItemAt(item.mesh, item.primitive, *moment);
+    const Box bounds = shapes.BoundItemAt(item.geometry, item.primitive, *moment);
     return domain_.Meets(bounds.lower, bounds.upper);
   }
 
   /// False if the grid was visited before: it has an item for each of its cells.
-  bool MarkGrid(uint32_t mesh, uint32_t primitive) {
-    return visited_grids_.insert(uint64_t{mesh} << 32 | primitive).second;
+  bool MarkGrid(uint32_t geometry, uint32_t primitive) {
+    return visited_grids_.insert(uint64_t{geometry} << 32 | primitive).second;
   }
 
-  void WalkInstance(uint32_t mesh) {
+  void WalkInstance(uint32_t geometry) {
     if (!is_top_) return;  // There is one level of instances.
-    const Shapes& shapes = scene_.meshes.shapes();
-    const Geometry& geometry = shapes[mesh];
+    const Shapes& shapes = scene_.geometries.shapes();
+    const Geometry& instance = shapes[geometry];
     InstanceSpace space;
-    space.instance_id = geometry.geometry_id;
-    space.to_instance = shapes.ToInstance(mesh, task_.query.time);
-    space.from_instance = TransformAt(geometry.transforms, geometry.time_range, task_.query.time);
+    space.instance_id = instance.geometry_id;
+    space.to_instance = shapes.ToInstance(geometry, task_.query.time);
+    space.from_instance = TransformAt(instance.transforms, instance.time_range, task_.query.time);
     space.similarity_scale = SimilarityScale(space.to_instance);
-    PointWalk(task_, *shapes.InstancedScene(mesh), &space.to_instance, &space).Walk();
+    PointWalk(task_, *shapes.InstancedScene(geometry), &space.to_instance, &space).Walk();
     ShrinkTo(task_.radius);
   }
 

@@ -21,7 +21,8 @@ struct alignas(64) RayRecord {
   uint32_t mask;
   float time;
   uint32_t state;  ///< flags below, and in the upper bits the lane of the leaf that was hit
-  uint32_t hit;    ///< with kInLeaf: bits of the ChildWord of the leaf; else the mesh that was hit
+  uint32_t
+      hit;  ///< with kInLeaf: bits of the ChildWord of the leaf; else the geometry that was hit
 
   static constexpr uint32_t kHasHit = 1;
   /// tfar is the ray's own, not one that a hit set.

@@ -22,7 +22,7 @@ struct alignas(64) TriangleBlock {
   float ng[3][kCapacity];     ///< e2 x e1, unnormalised
   float lower[3][kCapacity];  ///< of its own box, widened
   float upper[3][kCapacity];
-  uint32_t mesh[kCapacity];
+  uint32_t geometry[kCapacity];
   uint32_t primitive[kCapacity];
   std::size_t count;
 };

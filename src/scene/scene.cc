@@ -14,7 +14,7 @@
 #include "dacrt/dacrt.h"
 #include "engine/call_plan.h"
 #include "engine/device.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "geometry/triangle_refs.h"
 #include "partition/grid.h"
 #include "partition/kept_partition.h"
@@ -101,18 +101,20 @@ class ProgressReport {
 class __attribute__((visibility("hidden"))) Scene::Implementation {
  public:
   /// `previous` is null for a scene that does not come in another one's place.
-  Implementation(std::shared_ptr<Device> shared_device, MeshTable meshes,
+  Implementation(std::shared_ptr<Device> shared_device, GeometryTable geometries,
                  const SceneOptions& options, std::vector<std::shared_ptr<const Scene>> scenes,
                  const Implementation* previous = nullptr)
-      : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(meshes)} {
-    const std::size_t most = parts.meshes.triangle_count();
+      : device(std::move(shared_device)),
+        instanced(std::move(scenes)),
+        parts{std::move(geometries)} {
+    const std::size_t most = parts.geometries.triangle_count();
     if (previous && PlanRefit(*previous, options)) {
       parts.triangle_count = previous->parts.triangle_count;
     } else if (Engine().Keeps()) {
       const Keep keep = options.keep;
-      parts.kept = std::make_unique<KeptPartition>(parts.meshes, Engine().BudgetBytes(most, keep),
-                                                   Engine().kernels.partition.list, Engine().tasks,
-                                                   &Engine().memory);
+      parts.kept = std::make_unique<KeptPartition>(
+          parts.geometries, Engine().BudgetBytes(most, keep), Engine().kernels.partition.list,
+          Engine().tasks, &Engine().memory);
       if (previous && previous->WasTraced()) parts.kept->SetShortLived();
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
@@ -120,7 +122,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       CountTriangles();
     }
     parts.has_instances = !instanced.empty();
-    parts.has_callbacks = parts.meshes.shapes().has_callbacks();
+    parts.has_callbacks = parts.geometries.shapes().has_callbacks();
     parts.is_small = parts.triangle_count <= policy::kSmallScene;
     for (const auto& scene : instanced) {
       parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
@@ -131,12 +133,12 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
   }
 
-  static MeshTable MakeTable(const Device* device, std::span<const Geometry> geometries,
-                             bool robust) {
+  static GeometryTable MakeTable(const Device* device, std::span<const Geometry> geometries,
+                                 bool robust) {
     if (!device) RefuseDevice();
     std::vector<const SceneParts*> scenes;
     for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
-    return MeshTable(geometries, scenes, robust);
+    return GeometryTable(geometries, scenes, robust);
   }
 
   static std::vector<std::shared_ptr<const Scene>> ScenesOf(std::span<const Geometry> geometries) {
@@ -158,7 +160,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     if (!refit_plan_) return;
     parts.kept = std::move(previous.parts.kept);
     previous.parts.triangle_count = 0;
-    Engine().kernels.partition.refit(*parts.kept, parts.meshes, *refit_plan_, Engine().tasks);
+    Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
     parts.bounds = parts.kept->bounds();
     refit_plan_.reset();
   }
@@ -251,16 +253,17 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   /// False if there is nothing to take over, or it would not do.
   bool PlanRefit(const Implementation& previous, const SceneOptions& options) {
     const KeptPartition* const kept = previous.parts.kept.get();
-    const MeshTable& meshes = parts.meshes;
-    const std::size_t most = meshes.triangle_count();
+    const GeometryTable& geometries = parts.geometries;
+    const std::size_t most = geometries.triangle_count();
     if (!kept || previous.device != device ||
         kept->BytesReserved() !=
             KeptPartition::BytesFor(most, Engine().BudgetBytes(most, options.keep)) ||
-        !HaveSameItems(previous.parts.meshes, meshes)) {
+        !HaveSameItems(previous.parts.geometries, geometries)) {
       return false;
     }
-    RefitPlan plan{ChangedMeshes(previous.parts.meshes, meshes), options.always_refit};
-    if (!Engine().kernels.partition.can_refit(*kept, meshes, plan, Engine().tasks)) return false;
+    RefitPlan plan{ChangedGeometries(previous.parts.geometries, geometries), options.always_refit};
+    if (!Engine().kernels.partition.can_refit(*kept, geometries, plan, Engine().tasks))
+      return false;
     refit_plan_ = std::move(plan);
     return true;
   }
@@ -285,17 +288,17 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   }
 
   WorkspaceShape Shape(const CallPlan& plan) const {
-    return Engine().Shape(plan, parts.triangle_count, parts.meshes.is_plain(), !instanced.empty());
+    return Engine().Shape(plan, parts.triangle_count, parts.geometries.is_plain(),
+                          !instanced.empty());
   }
 
   void CountTriangles() {
-    const MeshTable& meshes = parts.meshes;
+    const GeometryTable& geometries = parts.geometries;
     Box& bounds = parts.bounds;
-    const auto all = meshes.meshes();
-    for (uint32_t mesh = 0; mesh < all.size(); ++mesh) {
-      for (uint32_t primitive = 0; primitive < all[mesh].triangle_count; ++primitive) {
+    for (uint32_t geometry = 0; geometry < geometries.size(); ++geometry) {
+      for (uint32_t primitive = 0; primitive < geometries[geometry].triangle_count; ++primitive) {
         TriangleRef ref;
-        if (!BoundTriangle(meshes, mesh, primitive, ref)) continue;
+        if (!BoundTriangle(geometries, geometry, primitive, ref)) continue;
         bounds.Extend(ref.lower);
         bounds.Extend(ref.upper);
         ++parts.triangle_count;
@@ -341,7 +344,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
                          const CallPlan& plan, Workspace& workspace,
                          ProgressReport& progress) const {
     const Device::Implementation& engine = Engine();
-    const MeshTable& meshes = parts.meshes;
+    const GeometryTable& geometries = parts.geometries;
     Statistics statistics;
     StepClock clock;
     std::optional<TriangleRange> triangles;
@@ -354,13 +357,13 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
           frame};
       const RayBlock active = [&] {
         const StepClock::Charge charge(clock, Step::kLoading);
-        return LoadRays(rays, first, count, query, meshes, batch);
+        return LoadRays(rays, first, count, query, geometries, batch);
       }();
       // Object partition leaves the references to the next piece in another order; space partition
       // leaves them clipped.
       if (!triangles || engine.settings.algorithm == Algorithm::kMora2011) {
         const StepClock::Charge charge(clock, Step::kBinning);
-        triangles = MakeTriangleRefs(meshes, workspace.refs().first(parts.triangle_count));
+        triangles = MakeTriangleRefs(geometries, workspace.refs().first(parts.triangle_count));
       }
       if (active.count > 0) engine.kernels.paper.solve(query, task, *triangles, active);
       const StepClock::Charge charge(clock, Step::kStoring);
@@ -379,22 +382,22 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
   if (!device) RefuseDevice();
-  implementation_ = std::make_unique<Implementation>(std::move(device), MeshTable(meshes),
+  implementation_ = std::make_unique<Implementation>(std::move(device), GeometryTable(meshes),
                                                      SceneOptions{.keep = keep},
                                                      std::vector<std::shared_ptr<const Scene>>());
 }
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
              const SceneOptions& options) {
-  MeshTable meshes = Implementation::MakeTable(device.get(), geometries, options.robust);
-  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(meshes), options,
+  GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
                                                      Implementation::ScenesOf(geometries));
 }
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
              const SceneOptions& options, const Scene& previous) {
-  MeshTable meshes = Implementation::MakeTable(device.get(), geometries, options.robust);
-  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(meshes), options,
+  GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
                                                      Implementation::ScenesOf(geometries),
                                                      previous.implementation_.get());
 }
@@ -410,7 +413,7 @@ Scene::~Scene() = default;
 Bounds Scene::bounds() const { return ToBounds(implementation_->parts.bounds); }
 
 LinearBounds Scene::linear_bounds() const {
-  return implementation_->parts.meshes.shapes().BoundLinearly();
+  return implementation_->parts.geometries.shapes().BoundLinearly();
 }
 
 std::size_t Scene::triangle_count() const { return implementation_->parts.triangle_count; }

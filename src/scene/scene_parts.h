@@ -5,13 +5,13 @@
 #include <memory>
 
 #include "geometry/box.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "partition/kept_partition.h"
 
 namespace dacrt {
 
 struct SceneParts {
-  MeshTable meshes;
+  GeometryTable geometries;
   Box bounds = Box::Empty();
   std::size_t triangle_count = 0;                 ///< items that can be hit, of any shape
   std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept

@@ -29,7 +29,7 @@ void Prepare(const LeafBlock& block, PrepareFunction prepare) {
 void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
   const uint32_t place = node.Child(leaf.child).block();
   const std::size_t room = kept.RoomOfLeaf(place);
-  if (RenewLeaf(kept.meshes(), leaf.items, room, kept.leaf(place))) {
+  if (RenewLeaf(kept.geometries(), leaf.items, room, kept.leaf(place))) {
     const auto& block = *reinterpret_cast<const LeafBlock*>(kept.leaf(place));
     if (block.is_prepared) Prepare(block, prepare);
     return;
@@ -41,13 +41,13 @@ void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFun
 void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-  const MeshTable& meshes = kept.meshes();
+  const GeometryTable& geometries = kept.geometries();
   const bool is_small = kept.triangle_count() <= policy::kPreparedScene;
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
-    MadeLeaf made = MakeLeaf(meshes, leaf.items, leaf.first, shared, blocks);
+    MadeLeaf made = MakeLeaf(geometries, leaf.items, leaf.first, shared, blocks);
     // The robust test wants the corners themselves.
-    if (shared == SharedVertices::kRepeat && block.IsPlain() && !meshes.shapes().robust()) {
+    if (shared == SharedVertices::kRepeat && block.IsPlain() && !geometries.shapes().robust()) {
       block.is_prepared = true;
       made.bytes = block.Bytes();
       Prepare(block, prepare);
@@ -70,7 +70,7 @@ std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, ui
     if (node.Child(child).IsBlock()) hwy::Prefetch(kept.leaf(node.Child(child).block()));
   }
   const std::span<BareLeaf> leaves = all.first(count);
-  const MeshTable& meshes = kept.meshes();
+  const GeometryTable& geometries = kept.geometries();
   const uint32_t* const order = kept.triangles().data();
   for (BareLeaf& leaf : leaves) {
     const ChildWord word = node.Child(leaf.child);
@@ -80,10 +80,10 @@ std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, ui
     hwy::Prefetch(order + leaf.first);
   }
   for (BareLeaf& leaf : leaves) {
-    leaf.items = FindItems(meshes, order, leaf.first, kLeafLanes);
-    FetchIndices(meshes, leaf.items);
+    leaf.items = FindItems(geometries, order, leaf.first, kLeafLanes);
+    FetchIndices(geometries, leaf.items);
   }
-  for (const BareLeaf& leaf : leaves) FetchVertices(meshes, leaf.items);
+  for (const BareLeaf& leaf : leaves) FetchVertices(geometries, leaf.items);
   return leaves;
 }
 

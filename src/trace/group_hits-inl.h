@@ -45,7 +45,7 @@ struct GroupHits {
     };
     // Neighbours hit the same triangle.
     uint32_t known_leaf = 0, known_state = 0;
-    MeshTable::Name name{};
+    GeometryTable::Name name{};
     uint32_t geometry = 0;
     ForEachLane(active, [&](size_t lane) HWY_ATTR {
       const uint32_t state = group.state[lane];
@@ -63,10 +63,10 @@ struct GroupHits {
         const LeafBlock& block = FacetsOf(task, ChildWord(known_leaf));
         const size_t block_lane = state >> RayRecord::kLaneShift;
         name = NameOfLane(task, block, block_lane);
-        geometry = task.scene.meshes[name.mesh].geometry_id;
+        geometry = task.scene.geometries[name.geometry].geometry_id;
         const bool is_second = block.second >> block_lane & 1;
         if (HWY_UNLIKELY(is_second ||
-                         task.scene.meshes.shapes()[name.mesh].shape == Shape::kGrids)) {
+                         task.scene.geometries.shapes()[name.geometry].shape == Shape::kGrids)) {
           known_state = 0;
           return Set(lane, HitOf(task.scene, task.instance_id, name, is_second, t[lane], u[lane],
                                  v[lane], ng[0][lane], ng[1][lane], ng[2][lane]));

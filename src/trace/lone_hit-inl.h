@@ -37,10 +37,10 @@ class LoneHit {
     for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng_[axis]);
   }
 
-  HWY_INLINE void Set(const FullHit& hit, uint32_t mesh) {
+  HWY_INLINE void Set(const FullHit& hit, uint32_t geometry) {
     block_ = nullptr;
     hit_ = hit;
-    mesh_ = mesh;
+    geometry_ = geometry;
   }
 
   HWY_INLINE FullHit Get() const { return HWY_LIKELY(block_ != nullptr) ? OfLane(lane_) : hit_; }
@@ -65,13 +65,13 @@ class LoneHit {
                  limited(u_), limited(v_), ng_[0][lane], ng_[1][lane], ng_[2][lane]);
   }
 
-  HWY_INLINE MeshTable::Name NameOf(size_t lane) const {
-    return NameOfLane(scene_->meshes, scene_->kept->triangles().data(), *block_,
+  HWY_INLINE GeometryTable::Name NameOf(size_t lane) const {
+    return NameOfLane(scene_->geometries, scene_->kept->triangles().data(), *block_,
                       part_ * kPartLanes + lane);
   }
 
-  /// The mesh that was hit, of the scene in which it stands.
-  uint32_t mesh() const { return block_ != nullptr ? NameOf(lane_).mesh : mesh_; }
+  /// The geometry that was hit, of the scene in which it stands.
+  uint32_t geometry() const { return block_ != nullptr ? NameOf(lane_).geometry : geometry_; }
 
  private:
   const SceneParts* scene_;
@@ -81,7 +81,7 @@ class LoneHit {
   HWY_ALIGN float t_[kPartLanes], u_[kPartLanes], v_[kPartLanes], divisor_[kPartLanes];
   HWY_ALIGN float ng_[3][kPartLanes];
   FullHit hit_;
-  uint32_t mesh_;
+  uint32_t geometry_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -81,8 +81,8 @@ class GroupTracer {
       : task_(task),
         lanes_(lanes),
         tests_in_lanes_(task.keeps_leaf_hits && !task.checks_masks &&
-                        !task.scene.meshes.shapes().robust()),
-        has_filters_(task.scene.meshes.shapes().has_filters()) {}
+                        !task.scene.geometries.shapes().robust()),
+        has_filters_(task.scene.geometries.shapes().has_filters()) {}
 
   /// Nodes and leaves that were visited.
   uint32_t visits() const { return visits_; }
@@ -371,8 +371,8 @@ class GroupTracer {
   /// Whether filter functions are to be asked about hits in a leaf.
   HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
     for (size_t i = 0; i < block.lanes; ++i) {
-      const uint32_t mesh = NameOfLane(task_, block, i).mesh;
-      if (FilterOf<kQuery>(task_.scene.meshes.shapes()[mesh])) return true;
+      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
+      if (FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry])) return true;
     }
     return false;
   }

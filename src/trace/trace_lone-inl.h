@@ -47,7 +47,7 @@ class LoneTracer;
 template <Query kQuery>
 HWY_INLINE void TraceLone(LoneCall& call, const SceneParts& scene, uint32_t instance_id,
                           RayRecord& ray) {
-  const Shapes& shapes = scene.meshes.shapes();
+  const Shapes& shapes = scene.geometries.shapes();
   if (HWY_UNLIKELY(shapes.robust())) {
     LoneTracer<kQuery, LoneWay::kRobust>(call, scene, instance_id, ray).TraceApart();
   } else if (HWY_UNLIKELY(scene.has_callbacks || scene.has_instances || call.checks_masks ||
@@ -72,7 +72,7 @@ class LoneTracer {
         partition_(scene.partition()),
         instance_id_(instance_id),
         ray_(ray),
-        asks_(call.checks_masks || scene.meshes.shapes().has_filters()) {}
+        asks_(call.checks_masks || scene.geometries.shapes().has_filters()) {}
 
   HWY_INLINE void Trace() {
     OpenChildren open;
@@ -149,7 +149,8 @@ class LoneTracer {
   template <class Corners>
   HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part, const Corners& corners) {
     const auto triangles = corners.Triangles();
-    const FacetCrossing crossing = CrossFacets<kIsRobust>(SpreadRay{ray_}, triangles, corners.Again());
+    const FacetCrossing crossing =
+        CrossFacets<kIsRobust>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
     if (!kIsPlain && asks_) return TakeAsking(block, part, crossing, triangles);
     if constexpr (kQuery == Query::kAny) {
@@ -187,8 +188,8 @@ class LoneTracer {
     return WalkStep::kStop;
   }
 
-  HWY_INLINE bool Accepts(uint32_t mesh) const {
-    return !call_.checks_masks || (ray_.mask & scene_.meshes[mesh].mask) != 0;
+  HWY_INLINE bool Accepts(uint32_t geometry) const {
+    return !call_.checks_masks || (ray_.mask & scene_.geometries[geometry].mask) != 0;
   }
 
   /// Offers the ray the triangles that it meets, where names, masks or filter functions decide.
@@ -204,9 +205,9 @@ class LoneTracer {
       const size_t lane = Nearest(lanes, keys);
       lanes &= ~(uint64_t{1} << lane);
       const bool within_limit = (crossing.within_limit >> lane) & 1;
-      const uint32_t mesh = candidates.NameOf(lane).mesh;
-      if (!Accepts(mesh)) continue;
-      const Callback& filter = FilterOf<kQuery>(scene_.meshes.shapes()[mesh]);
+      const uint32_t geometry = candidates.NameOf(lane).geometry;
+      if (!Accepts(geometry)) continue;
+      const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
       if constexpr (kQuery == Query::kAny) {
         if (!within_limit) continue;
         if (filter) {
@@ -219,7 +220,7 @@ class LoneTracer {
       if (closeness == Closeness::kFarther) continue;
       FullHit hit = candidates.OfLane(lane);
       if (closeness == Closeness::kEqual &&
-          !ComesFirst({hit, mesh}, {call_.hit.Get(), call_.hit.mesh()},
+          !ComesFirst({hit, geometry}, {call_.hit.Get(), call_.hit.geometry()},
                       call_.packet.instance_value)) {
         continue;
       }
@@ -230,7 +231,7 @@ class LoneTracer {
         if (hit.t != t) key = hit.t;
       }
       SetHit(ray_, key, 0, 0);
-      call_.hit.Set(hit, mesh);
+      call_.hit.Set(hit, geometry);
     }
     return WalkStep::kNext;
   }
@@ -278,25 +279,25 @@ class LoneTracer {
       const size_t lane = Nearest(entered, entry);
       entered &= ~(1u << lane);
       if (!(entry[lane] <= ray_.tfar)) break;
-      const MeshTable::Name item = NameOfLane(scene_.meshes, partition_.order, block, lane);
-      if (!Accepts(item.mesh)) continue;
+      const GeometryTable::Name item = NameOfLane(scene_.geometries, partition_.order, block, lane);
+      if (!Accepts(item.geometry)) continue;
       if (block.kind == LeafKind::kUser) {
         CallUserFunction(item);
       } else {
-        EnterInstance(item.mesh);
+        EnterInstance(item.geometry);
       }
       if (kQuery == Query::kAny && ray_.tfar < 0) return WalkStep::kStop;
     }
     return WalkStep::kNext;
   }
 
-  HWY_INLINE void CallUserFunction(const MeshTable::Name& item) {
-    const Geometry& user = scene_.meshes.shapes()[item.mesh];
+  HWY_INLINE void CallUserFunction(const GeometryTable::Name& item) {
+    const Geometry& user = scene_.geometries.shapes()[item.geometry];
     const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
     if (!function) return;
     const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
-    FullHit before = has_hit ? call_.hit.Get()
-                             : FullHit{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+    FullHit before =
+        has_hit ? call_.hit.Get() : FullHit{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
     before.t = ray_.tfar;
     LonePacket packet(call_.packet, ray_, before);
     function(packet.Arguments(kQuery, user.geometry_id, item.primitive, instance_id_,
@@ -309,7 +310,7 @@ class LoneTracer {
     if (HWY_LIKELY(IsSame(now, before))) return;
     ray_.state = RayRecord::kHasHit;
     ray_.tfar = std::min(ray_.tfar, now.t);
-    call_.hit.Set(now, item.mesh);
+    call_.hit.Set(now, item.geometry);
   }
 
   /// Whether a function has changed nothing. Value by value, as they stand in registers.
@@ -323,16 +324,16 @@ class LoneTracer {
             (a.instance_id ^ b.instance_id)) == 0;
   }
 
-  HWY_INLINE void EnterInstance(uint32_t mesh) {
+  HWY_INLINE void EnterInstance(uint32_t geometry) {
     if (call_.in_instance) return;  // There is one level of instances.
-    const Shapes& shapes = scene_.meshes.shapes();
+    const Shapes& shapes = scene_.geometries.shapes();
     InstanceTransform transform;
-    transform.Set(shapes.ToStillInstance(mesh));
+    transform.Set(shapes.ToStillInstance(geometry));
     RayRecord ray;
     transform.Apply(ray_, ray);
     call_.in_instance = true;
-    TraceLoneInInstance<kQuery>(call_, *shapes.InstancedScene(mesh),
-                                scene_.meshes[mesh].geometry_id, ray);
+    TraceLoneInInstance<kQuery>(call_, *shapes.InstancedScene(geometry),
+                                scene_.geometries[geometry].geometry_id, ray);
     call_.in_instance = false;
     ray_.tfar = ray.tfar;
     ray_.state = ray.state;
@@ -355,7 +356,7 @@ class LoneTracer {
     FullHit hit;
     if (has_hit) {
       hit = call_.hit.Get();
-      ray_.hit = call_.hit.mesh();
+      ray_.hit = call_.hit.geometry();
     }
     RayRecord instance_ray;
     FullHit instance_hit;
@@ -377,9 +378,9 @@ class LoneTracer {
     trace(task);
     if constexpr (kQuery == Query::kClosest) {
       if (!(ray_.state & RayRecord::kHasHit)) return;
-      uint32_t mesh;
-      const FullHit found = task.HitOf(0, mesh);
-      call_.hit.Set(found, mesh);
+      uint32_t geometry;
+      const FullHit found = task.HitOf(0, geometry);
+      call_.hit.Set(found, geometry);
       ray_.state &= ~RayRecord::kInLeaf;
     }
   }

@@ -155,7 +155,8 @@ template <Query kQuery>
 class OneTracer {
  public:
   explicit OneTracer(const TraceTask& task)
-      : task_(task), tests_plainly_(task.keeps_leaf_hits && !task.scene.meshes.shapes().robust()) {}
+      : task_(task),
+        tests_plainly_(task.keeps_leaf_hits && !task.scene.geometries.shapes().robust()) {}
 
   void Trace(ChildWord child, RayNumber number, ListMemory memory) const {
     OpenChildren open;

@@ -26,7 +26,7 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   RayRecord ray;
   if (packet.valid && *packet.valid != -1) return;
   if (!LoadRecord(record, packet.has_masks, ray)) return;
-  LoneCall call(packet, options, pool, !scene.meshes.AllAccept(ray.mask));
+  LoneCall call(packet, options, pool, !scene.geometries.AllAccept(ray.mask));
   TraceLone<kQuery>(call, scene, packet.instance_value, ray);
   if constexpr (kQuery == Query::kAny) {
     if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, 0);
@@ -49,7 +49,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  scene.partition(),
                  memory.rays,
                  memory.hits,
-                 !scene.meshes.AllAccept(lanes.CommonMask(active)),
+                 !scene.geometries.AllAccept(lanes.CommonMask(active)),
                  /*keeps_leaf_hits=*/true,
                  frame,
                  split_memory,

@@ -55,8 +55,8 @@ struct CallFrame {
 
 struct TraceTask;
 
-/// The hit of a ray that is known by leaf and lane, and the mesh that was hit.
-using FinishHitFunction = FullHit (*)(const TraceTask& task, RayNumber ray, uint32_t& mesh);
+/// The hit of a ray that is known by leaf and lane, and the geometry that was hit.
+using FinishHitFunction = FullHit (*)(const TraceTask& task, RayNumber ray, uint32_t& geometry);
 
 struct TraceTask {
   const SceneParts& scene;
@@ -80,14 +80,14 @@ struct TraceTask {
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
 
   /// The hit that a ray has.
-  FullHit HitOf(RayNumber ray, uint32_t& mesh) const {
+  FullHit HitOf(RayNumber ray, uint32_t& geometry) const {
     if (!(rays[ray].state & RayRecord::kInLeaf)) {
-      mesh = rays[ray].hit;
+      geometry = rays[ray].hit;
       return hits[ray];
     }
     const bool is_own = keeps_leaf_hits && !(rays[ray].state & RayRecord::kOfOuter);
-    if (!outer || is_own) return finish_hit(*this, ray, mesh);
-    return outer->HitOf(outer_rays ? outer_rays[ray] : ray, mesh);
+    if (!outer || is_own) return finish_hit(*this, ray, geometry);
+    return outer->HitOf(outer_rays ? outer_rays[ray] : ray, geometry);
   }
 
   /// The same task over another partition of some of the scene's triangles.

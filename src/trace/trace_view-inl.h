@@ -93,7 +93,7 @@ void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, 
   const LoadedRays loaded = LoadRecords(*task.frame.view, first, count, rays, callers);
   if (task.statistics) task.statistics->rays += loaded.count;
   if (loaded.count == 0) return;
-  task.checks_masks = !task.scene.meshes.AllAccept(loaded.common_mask);
+  task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
     LearntOrder& learnt = LearntOrdersOf(task.scene.kept.get()).of_pieces;
@@ -122,7 +122,7 @@ void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* caller
     for (size_t lane = 0; lane < kGroupRays; ++lane) {
       callers[lane] = static_cast<uint32_t>(begin + lane);
     }
-    task.checks_masks = !task.scene.meshes.AllAccept(lanes.CommonMask(active));
+    task.checks_masks = !task.scene.geometries.AllAccept(lanes.CommonMask(active));
     TraceGroup<kQuery>(task, lanes, active, lists, learnt);
     size_t hits = 0;
     if constexpr (kQuery == Query::kAny) {

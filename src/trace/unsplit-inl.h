@@ -46,8 +46,8 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
     const auto some = all.subspan(begin, std::min(all.size() - begin, SubsetScratch::kTriangles));
     const std::span<uint32_t> order(scratch.get()->order, some.size());
     std::copy(some.begin(), some.end(), order.begin());
-    const size_t nodes =
-        SplitTriangles(task.scene.meshes, kLeafLanes, 0, order, SplitRule::kFast, *scratch.get());
+    const size_t nodes = SplitTriangles(task.scene.geometries, kLeafLanes, 0, order,
+                                        SplitRule::kFast, *scratch.get());
     if (nodes == 0) {
       TestAll<kQuery>(task, subset.begin + begin, some.size(), list, rays, memory);
       continue;
@@ -64,17 +64,18 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
   const SplitMemory::Use use(task.split_memory);
   if (!use.get()) throw std::bad_alloc();
   SubsetScratch& scratch = *use.get();
-  const MeshTable& meshes = task.scene.meshes;
-  for (size_t number = 0; number < meshes.triangle_count();) {
+  const GeometryTable& geometries = task.scene.geometries;
+  for (size_t number = 0; number < geometries.triangle_count();) {
     size_t count = 0;
-    for (; number < meshes.triangle_count() && count < SubsetScratch::kTriangles; ++number) {
+    for (; number < geometries.triangle_count() && count < SubsetScratch::kTriangles; ++number) {
       TriangleRef ref;
-      const auto name = meshes.Locate(static_cast<uint32_t>(number));
-      if (BoundTriangle(meshes, name, ref)) scratch.order[count++] = static_cast<uint32_t>(number);
+      const auto name = geometries.Locate(static_cast<uint32_t>(number));
+      if (BoundTriangle(geometries, name, ref))
+        scratch.order[count++] = static_cast<uint32_t>(number);
     }
     if (count == 0) return;
-    const size_t nodes =
-        SplitTriangles(meshes, kLeafLanes, 0, {scratch.order, count}, SplitRule::kFast, scratch);
+    const size_t nodes = SplitTriangles(geometries, kLeafLanes, 0, {scratch.order, count},
+                                        SplitRule::kFast, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
     trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }

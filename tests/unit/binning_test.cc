@@ -28,7 +28,7 @@ std::vector<TriangleRef> RandomRefs(Random& random, size_t count, float extent) 
       refs[i].upper[axis] = std::max(a, b);
     }
     refs[i].primitive = static_cast<uint32_t>(i);
-    refs[i].mesh = UINT32_MAX;
+    refs[i].geometry = UINT32_MAX;
   }
   return refs;
 }

@@ -26,7 +26,7 @@ TriangleRef RandomRef(Random& random) {
   // As floats these are a NaN, a denormal, an infinity, a number.
   constexpr uint32_t kNames[] = {UINT32_MAX, 7, 0x7F800000u, 0x3F800000u};
   ref.primitive = kNames[random.Below(4)];
-  ref.mesh = kNames[random.Below(4)];
+  ref.geometry = kNames[random.Below(4)];
   return ref;
 }
 

@@ -27,7 +27,7 @@ std::vector<TriangleRef> RandomRefs(Random& random, size_t count, float size) {
       refs[i].upper[axis] = refs[i].lower[axis] + random.Uniform(0, size);
     }
     refs[i].primitive = static_cast<uint32_t>(i);
-    refs[i].mesh = 0;
+    refs[i].geometry = 0;
   }
   return refs;
 }

@@ -27,11 +27,11 @@ using unit::Ray;
 /// What a ray has after a direct solve: the distance that decides, and the triangle's name.
 struct Answer {
   float tfar;
-  uint32_t mesh;
+  uint32_t geometry;
   uint32_t primitive;
 
   bool operator==(const Answer& other) const {
-    return memcmp(&tfar, &other.tfar, sizeof(tfar)) == 0 && mesh == other.mesh &&
+    return memcmp(&tfar, &other.tfar, sizeof(tfar)) == 0 && geometry == other.geometry &&
            primitive == other.primitive;
   }
   bool IsHit() const { return primitive != PaperHit::kNone; }
@@ -39,8 +39,8 @@ struct Answer {
 
 std::ostream& operator<<(std::ostream& out, const Answer& answer) {
   if (!answer.IsHit()) return out << "miss, tfar " << answer.tfar;
-  return out << "t " << std::hexfloat << answer.tfar << " mesh " << answer.mesh << " primitive "
-             << answer.primitive;
+  return out << "t " << std::hexfloat << answer.tfar << " geometry " << answer.geometry
+             << " primitive " << answer.primitive;
 }
 
 /// Meshes, and references to their triangles in an order that a test may change.
@@ -48,10 +48,10 @@ class Solver {
  public:
   explicit Solver(std::vector<Mesh> meshes)
       : meshes_(std::move(meshes)),
-        scene_{MeshTable(unit::Views(meshes_))},
+        scene_{GeometryTable(unit::Views(meshes_))},
         scratch_(std::make_unique<Scratch>()),
-        refs(scene_.meshes.triangle_count()) {
-    refs.resize(MakeTriangleRefs(scene_.meshes, refs).end);
+        refs(scene_.geometries.triangle_count()) {
+    refs.resize(MakeTriangleRefs(scene_.geometries, refs).end);
   }
 
   /// All rays at once: by rays if there are more of them than triangles.
@@ -96,7 +96,7 @@ class Solver {
         // PaperHit::kAtLimit is the engine's own.
         const PaperHit& hit = memory.batch.hits[first + i];
         const uint32_t mesh =
-            hit.primitive == PaperHit::kNone ? hit.mesh : hit.mesh & ~PaperHit::kAtLimit;
+            hit.primitive == PaperHit::kNone ? hit.geometry : hit.geometry & ~PaperHit::kAtLimit;
         answers.push_back({memory.batch.tfar[block.begin + i], mesh, hit.primitive});
       }
     }
@@ -255,7 +255,7 @@ void AmongEqualDistancesTheSmallestNameWins() {
     for (const auto& answers : {solver.SolveTogether(rays), solver.SolveAlone(rays)}) {
       for (const Answer& answer : answers) {
         ASSERT_EQ(answer.tfar, 1);
-        ASSERT_EQ(answer.mesh, 0u);
+        ASSERT_EQ(answer.geometry, 0u);
         ASSERT_EQ(answer.primitive, 0u);
       }
     }

@@ -23,7 +23,7 @@ void SplitSubset(benchmark::State& state) {
   unit::Random random(1);
   const unit::Mesh mesh = unit::MakeSoup(random, kCount, 1, 0.1f);
   const TriangleMesh view = mesh.View();
-  const MeshTable table({&view, 1});
+  const GeometryTable table({&view, 1});
   const auto scratch = std::make_unique<SubsetScratch>();
   std::vector<uint32_t> order(kCount);
   for (auto _ : state) {

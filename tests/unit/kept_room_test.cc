@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/kernels.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
 #include "runtime/tasks.h"
@@ -32,7 +32,7 @@ struct Kept {
   }
 
   const Mesh mesh;
-  const MeshTable table;
+  const GeometryTable table;
   TaskPool tasks{1};
   KeptPartition partition;
 };

@@ -52,11 +52,11 @@ class Kept {
   uint32_t Root(uint32_t subset) {
     return *RootOf(partition, subset, scratch.get(), nullptr, [] { FAIL() << "no memory"; });
   }
-  const MeshTable& table() const { return table_; }
+  const GeometryTable& table() const { return table_; }
 
  private:
   std::vector<Mesh> meshes_;
-  MeshTable table_;
+  GeometryTable table_;
   TaskPool tasks_;
 
  public:
@@ -184,7 +184,7 @@ class Walker : public Counts {
       ASSERT_LT(place, end) << "no mark in the subset";
       const uint32_t entry = kept_.partition.triangles()[place];
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
-      lanes += kept_.table().LanesOf(kept_.table().Locate(KeptOrder::NumberOf(entry)).mesh);
+      lanes += kept_.table().LanesOf(kept_.table().Locate(KeptOrder::NumberOf(entry)).geometry);
     }
     ASSERT_LE(lanes, kept_.partition.leaf_lanes());
     AddTriangles(leaf.range(), count, volumes);
@@ -211,7 +211,7 @@ class Walker : public Counts {
 
   void ExpectEachOnce() const {
     size_t expected = 0;
-    const auto meshes = kept_.table().meshes();
+    const GeometryTable& meshes = kept_.table();
     for (uint32_t mesh = 0; mesh < meshes.size(); ++mesh) {
       for (uint32_t primitive = 0; primitive < meshes[mesh].triangle_count; ++primitive) {
         TriangleRef ref;

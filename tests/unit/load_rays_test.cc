@@ -17,10 +17,10 @@ using unit::Ray;
 
 constexpr std::size_t kCapacity = 256;
 
-MeshTable TableWithMask(uint32_t mask) {
+GeometryTable TableWithMask(uint32_t mask) {
   TriangleMesh mesh;
   mesh.mask = mask;
-  return MeshTable({&mesh, 1});
+  return GeometryTable({&mesh, 1});
 }
 
 RayBlock Load(const RayView& view, BatchMemory& memory, std::size_t first, std::size_t count,
@@ -57,7 +57,7 @@ TEST(LoadRaysTest, CopiesActiveRaysInOrder) {
     for (std::size_t slot = 0; slot < block.count; ++slot) {
       ASSERT_EQ(memory.batch.index[slot], active[slot]);
       ExpectRay(memory.batch, slot, rays[active[slot]]);
-      EXPECT_EQ(memory.batch.hits[active[slot]].mesh, PaperHit::kNone);
+      EXPECT_EQ(memory.batch.hits[active[slot]].geometry, PaperHit::kNone);
     }
     for (std::size_t slot = block.count; slot < block.count + kMaxLanes; ++slot) {
       EXPECT_GT(memory.batch.tnear[slot], memory.batch.tfar[slot]);

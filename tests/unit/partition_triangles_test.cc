@@ -30,7 +30,7 @@ std::vector<TriangleRef> RandomRefs(Random& random, size_t count) {
       refs[i].upper[axis] = refs[i].lower[axis] + random.Uniform(0, 1);
     }
     refs[i].primitive = static_cast<uint32_t>(i);
-    refs[i].mesh = static_cast<uint32_t>(random.Below(3));
+    refs[i].geometry = static_cast<uint32_t>(random.Below(3));
   }
   return refs;
 }

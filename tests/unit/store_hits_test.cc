@@ -53,7 +53,7 @@ class Piece {
       const uint32_t index = memory_.batch.index[slot];
       PaperHit& hit = memory_.batch.hits[index];
       hit.primitive = aims_[index].triangle;
-      hit.mesh = random.Below(4) == 0 ? PaperHit::kAtLimit : 0;
+      hit.geometry = random.Below(4) == 0 ? PaperHit::kAtLimit : 0;
       memory_.batch.tfar[slot] = 1;
       slots_.push_back(slot);
     }
@@ -131,15 +131,15 @@ class Piece {
     float u, v;
   };
 
-  static MeshTable Table(const Mesh& mesh) {
+  static GeometryTable Table(const Mesh& mesh) {
     TriangleMesh view = mesh.View();
     view.geometry_id = kGeometry;
-    return MeshTable({&view, 1});
+    return GeometryTable({&view, 1});
   }
 
   size_t first_;
   Mesh mesh_;
-  MeshTable table_;
+  GeometryTable table_;
   BatchMemory memory_;
   std::unique_ptr<TriangleBlock> triangles_;
   std::vector<Aim> aims_;

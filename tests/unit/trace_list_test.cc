@@ -91,8 +91,8 @@ class Tracer {
       if (kQuery == Query::kAny) {
         answers.push_back({rays[i].tfar < 0 ? -1.0f : 1.0f, 0});
       } else if (rays[i].state & RayRecord::kHasHit) {
-        uint32_t mesh;
-        const FullHit hit = task.HitOf(static_cast<RayNumber>(i), mesh);
+        uint32_t geometry;
+        const FullHit hit = task.HitOf(static_cast<RayNumber>(i), geometry);
         answers.push_back({hit.t, hit.primitive_id});
       } else {
         answers.push_back({kInfinity, UINT32_MAX});
@@ -130,7 +130,7 @@ class DeepChain {
       }
     }
     const TriangleMesh view = mesh_.View();
-    scene = std::make_unique<SceneParts>(SceneParts{MeshTable({&view, 1})});
+    scene = std::make_unique<SceneParts>(SceneParts{GeometryTable({&view, 1})});
     for (uint32_t i = 0; i < leaves; ++i) order_.push_back(i | KeptOrder::kLastOfLeaf);
     nodes_.resize(kLevels);
     for (size_t level = 0; level < kLevels; ++level) {
@@ -235,13 +235,13 @@ struct Soup {
   Soup(Random& random, size_t count) {
     mesh = unit::MakeSoup(random, count, 1, 0.15f);
     const TriangleMesh view = mesh.View();
-    scene = std::make_unique<SceneParts>(SceneParts{MeshTable({&view, 1})});
+    scene = std::make_unique<SceneParts>(SceneParts{GeometryTable({&view, 1})});
   }
 
   /// With a partition of `budget` bytes.
   void Keep(size_t budget) {
     tasks = std::make_unique<TaskPool>(1);
-    scene->kept = std::make_unique<KeptPartition>(scene->meshes, budget, ListTriangles, *tasks);
+    scene->kept = std::make_unique<KeptPartition>(scene->geometries, budget, ListTriangles, *tasks);
   }
 
   Mesh mesh;

@@ -17,12 +17,12 @@ TEST(TriangleRefsTest, BoundsAreThoseOfTheCornersExactly) {
   Random random(1);
   const Mesh mesh = unit::MakeSoup(random, 100, 3, 1);
   const TriangleMesh view = mesh.View();
-  const MeshTable table({&view, 1});
+  const GeometryTable table({&view, 1});
   for (uint32_t i = 0; i < 100; ++i) {
     TriangleRef ref;
     ASSERT_TRUE(BoundTriangle(table, 0, i, ref));
     EXPECT_EQ(ref.primitive, i);
-    EXPECT_EQ(ref.mesh, 0u);
+    EXPECT_EQ(ref.geometry, 0u);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto [lower, upper] =
           std::minmax({mesh.Corner(i, 0)[axis], mesh.Corner(i, 1)[axis], mesh.Corner(i, 2)[axis]});
@@ -52,7 +52,7 @@ TEST(TriangleRefsTest, TrianglesThatCanNotBeHitAreLeftOut) {
     mesh.triangles.push_back({0, 1, bad});
   }
   const TriangleMesh view = mesh.View();
-  const MeshTable table({&view, 1});
+  const GeometryTable table({&view, 1});
 
   // Room for the two that are left, and not for a byte more.
   GuardedArray<TriangleRef> refs(2);
@@ -76,14 +76,14 @@ TEST(TriangleRefsTest, NamesAndBoundsOverAllMeshes) {
     meshes.back().geometry_id = id;
   }
   for (const Mesh& mesh : meshes) views.push_back(mesh.View());
-  const MeshTable table(views);
+  const GeometryTable table(views);
   std::vector<TriangleRef> refs(table.triangle_count());
   const TriangleRange range = MakeTriangleRefs(table, refs);
   ASSERT_EQ(range.count(), refs.size());
   std::size_t i = 0;
   for (uint32_t mesh = 0; mesh < 3; ++mesh) {
     for (uint32_t primitive = 0; primitive < table[mesh].triangle_count; ++primitive, ++i) {
-      ASSERT_EQ(refs[i].mesh, mesh);
+      ASSERT_EQ(refs[i].geometry, mesh);
       ASSERT_EQ(refs[i].primitive, primitive);
     }
   }
@@ -97,7 +97,7 @@ TEST(TriangleRefsTest, NamesAndBoundsOverAllMeshes) {
 }
 
 TEST(TriangleRefsTest, NothingToRefer) {
-  const MeshTable table({});
+  const GeometryTable table({});
   const TriangleRange range = MakeTriangleRefs(table, {});
   EXPECT_EQ(range.count(), 0u);
   EXPECT_TRUE(range.bounds.IsEmpty());

@@ -21,7 +21,7 @@
 
 #include "dacrt/dacrt.h"
 #include "geometry/box.h"
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 #include "geometry/triangle_refs.h"
 #include "paper/ray_batch.h"
 #include "random.h"

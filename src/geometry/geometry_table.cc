@@ -1,4 +1,4 @@
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 
 #include <algorithm>
 #include <limits>
@@ -44,6 +44,22 @@ Geometry ToGeometry(const TriangleMesh& mesh) {
   return geometry;
 }
 
+/// What the triangle test reads of a geometry; of other shapes than still triangles no vertices.
+TriangleMesh ToMesh(const Geometry& geometry, std::size_t items) {
+  TriangleMesh mesh;
+  mesh.triangle_count = items;
+  mesh.geometry_id = geometry.geometry_id;
+  mesh.mask = geometry.mask;
+  if (geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1) {
+    mesh.vertices = geometry.vertices[0].data;
+    mesh.vertex_stride = geometry.vertices[0].stride;
+    mesh.vertex_count = geometry.vertex_count;
+    mesh.triangles = geometry.primitives.data;
+    mesh.triangle_stride = geometry.primitives.stride;
+  }
+  return mesh;
+}
+
 std::vector<Geometry> ToGeometries(std::span<const TriangleMesh> meshes) {
   std::vector<Geometry> geometries;
   for (const TriangleMesh& mesh : meshes) geometries.push_back(ToGeometry(mesh));
@@ -52,11 +68,11 @@ std::vector<Geometry> ToGeometries(std::span<const TriangleMesh> meshes) {
 
 }  // namespace
 
-MeshTable::MeshTable(std::span<const TriangleMesh> meshes)
-    : MeshTable(ToGeometries(meshes), std::vector<const SceneParts*>(meshes.size()), false) {}
+GeometryTable::GeometryTable(std::span<const TriangleMesh> meshes)
+    : GeometryTable(ToGeometries(meshes), std::vector<const SceneParts*>(meshes.size()), false) {}
 
-MeshTable::MeshTable(std::span<const Geometry> geometries,
-                     std::span<const SceneParts* const> scenes, bool robust)
+GeometryTable::GeometryTable(std::span<const Geometry> geometries,
+                             std::span<const SceneParts* const> scenes, bool robust)
     : is_plain_(!robust && std::all_of(geometries.begin(), geometries.end(), IsPlain)) {
   std::vector<std::size_t> order(geometries.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -74,27 +90,16 @@ MeshTable::MeshTable(std::span<const Geometry> geometries,
   shapes_ = std::make_unique<const Shapes>(std::move(sorted), std::move(sorted_scenes), robust);
   for (uint32_t i = 0; i < shapes_->size(); ++i) {
     const Geometry& geometry = (*shapes_)[i];
-    TriangleMesh mesh;
-    mesh.triangle_count = shapes_->ItemCount(i);
-    mesh.geometry_id = geometry.geometry_id;
-    mesh.mask = geometry.mask;
-    if (geometry.shape == Shape::kTriangles && geometry.vertices.size() == 1) {
-      mesh.vertices = geometry.vertices[0].data;
-      mesh.vertex_stride = geometry.vertices[0].stride;
-      mesh.vertex_count = geometry.vertex_count;
-      mesh.triangles = geometry.primitives.data;
-      mesh.triangle_stride = geometry.primitives.stride;
-    }
-    Add(mesh);
+    Add(ToMesh(geometry, shapes_->ItemCount(i)));
     lanes_.push_back(static_cast<uint8_t>(LanesFor(geometry.shape)));
     all_fill_one_lane_ &= lanes_.back() == 1;
     if (const SceneParts* scene = shapes_->InstancedScene(i)) {
-      common_mask_ &= scene->meshes.common_mask_;
+      common_mask_ &= scene->geometries.common_mask_;
     }
   }
 }
 
-void MeshTable::Add(const TriangleMesh& mesh) {
+void GeometryTable::Add(const TriangleMesh& mesh) {
   // Compared before they are added: counts that the caller got wrong may overflow the sum.
   constexpr std::size_t kMostTriangles = std::numeric_limits<int32_t>::max() - 1;
   if (mesh.triangle_count > kMostTriangles - triangle_count_) {

@@ -1,4 +1,4 @@
-#include "geometry/mesh_table.h"
+#include "geometry/geometry_table.h"
 
 #include <gtest/gtest.h>
 
@@ -17,14 +17,14 @@ std::string MessageOf(const TriangleMesh& mesh) {
   const TriangleMesh good = {};
   const TriangleMesh meshes[] = {good, mesh};
   try {
-    const MeshTable table(meshes);
+    const GeometryTable table(meshes);
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
   return "";
 }
 
-TEST(MeshTableTest, SortsByGeometryIdAndKeepsTheOrderOfEqualOnes) {
+TEST(GeometryTableTest, SortsByGeometryIdAndKeepsTheOrderOfEqualOnes) {
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   std::vector<TriangleMesh> views(5, mesh.View());
@@ -33,26 +33,26 @@ TEST(MeshTableTest, SortsByGeometryIdAndKeepsTheOrderOfEqualOnes) {
     views[i].geometry_id = ids[i];
     views[i].mask = static_cast<uint32_t>(i);
   }
-  const MeshTable table(views);
+  const GeometryTable table(views);
   const uint32_t expected_masks[] = {4, 1, 3, 0, 2};
   for (uint32_t i = 0; i < 5; ++i) EXPECT_EQ(table[i].mask, expected_masks[i]);
   EXPECT_EQ(table.triangle_count(), 5u);
 }
 
-TEST(MeshTableTest, KnowsWhetherMasksCanBeIgnored) {
+TEST(GeometryTableTest, KnowsWhetherMasksCanBeIgnored) {
   TriangleMesh views[2];
-  EXPECT_TRUE(MeshTable(views).all_masks_full());
+  EXPECT_TRUE(GeometryTable(views).all_masks_full());
   views[1].mask = 0x7FFFFFFF;
-  EXPECT_FALSE(MeshTable(views).all_masks_full());
+  EXPECT_FALSE(GeometryTable(views).all_masks_full());
 }
 
-TEST(MeshTableTest, EmptyMeshesNeedNoMemory) {
+TEST(GeometryTableTest, EmptyMeshesNeedNoMemory) {
   const TriangleMesh empty[3] = {};
-  EXPECT_EQ(MeshTable(empty).triangle_count(), 0u);
-  EXPECT_EQ(MeshTable({}).triangle_count(), 0u);
+  EXPECT_EQ(GeometryTable(empty).triangle_count(), 0u);
+  EXPECT_EQ(GeometryTable({}).triangle_count(), 0u);
 }
 
-TEST(MeshTableTest, RefusesMissingAndMisplacedArrays) {
+TEST(GeometryTableTest, RefusesMissingAndMisplacedArrays) {
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const TriangleMesh good = mesh.View();
@@ -85,27 +85,27 @@ TEST(MeshTableTest, RefusesMissingAndMisplacedArrays) {
   expect(bad, "13");
 }
 
-TEST(MeshTableTest, RefusesTooManyTriangles) {
+TEST(GeometryTableTest, RefusesTooManyTriangles) {
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   std::vector<TriangleMesh> views(2, mesh.View());
   views[0].triangle_count = 0x40000000u;
   views[1].triangle_count = 0x3FFFFFFEu;
-  EXPECT_EQ(MeshTable(views).triangle_count(), 0x7FFFFFFEu);
+  EXPECT_EQ(GeometryTable(views).triangle_count(), 0x7FFFFFFEu);
   views[1].triangle_count = 0x3FFFFFFFu;
-  EXPECT_THROW(MeshTable{views}, Error);
+  EXPECT_THROW(GeometryTable{views}, Error);
 }
 
 // The counts of 64 bits add up to 0.
-TEST(MeshTableTest, RefusesTooManyTrianglesAlsoWhereTheirSumOverflows) {
+TEST(GeometryTableTest, RefusesTooManyTrianglesAlsoWhereTheirSumOverflows) {
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   std::vector<TriangleMesh> views(2, mesh.View());
   for (TriangleMesh& view : views) view.triangle_count = std::size_t{1} << 63;
-  EXPECT_THROW(MeshTable{views}, Error);
+  EXPECT_THROW(GeometryTable{views}, Error);
 }
 
-TEST(MeshTableTest, ReadsStridedArraysThatEndAtAGuardPage) {
+TEST(GeometryTableTest, ReadsStridedArraysThatEndAtAGuardPage) {
   for (const std::size_t stride : {12u, 16u, 20u, 64u}) {
     GuardedArray<char> vertices(3 * stride + 12, 4), triangles(2 * stride + 12, 4);
     TriangleMesh view;
@@ -125,7 +125,7 @@ TEST(MeshTableTest, ReadsStridedArraysThatEndAtAGuardPage) {
       std::memcpy(const_cast<char*>(static_cast<const char*>(view.triangles)) + i * stride,
                   indices[i], sizeof(indices[i]));
     }
-    const MeshTable table({&view, 1});
+    const GeometryTable table({&view, 1});
     Corners corners;
     ASSERT_TRUE(table.ReadCorners(0, 1, corners));
     EXPECT_EQ(corners.v[0][0], 3);

@@ -1,0 +1,115 @@
+// The geometries of a committed scene, in the order in which equal distances are decided.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "geometry/shapes.h"
+
+namespace dacrt {
+
+/// The three corners of a triangle.
+struct Corners {
+  float v[3][3];
+};
+
+/// Geometries of any shape, sorted by geometry ID, so that (geometry, primitive) compares as
+/// (geomID, primID) does. A geometry's number is its place here. "Triangles" are items of any shape
+/// where nothing else is said.
+class GeometryTable {
+ public:
+  /// `scenes` are those that instances show, null for other geometries.
+  /// Throws as Scene's constructor does.
+  GeometryTable(std::span<const Geometry> geometries, std::span<const SceneParts* const> scenes,
+                bool robust);
+  explicit GeometryTable(std::span<const TriangleMesh> meshes);
+
+  std::size_t size() const { return meshes_.size(); }
+
+  /// A geometry as the triangle test reads it. If it is not of still triangles, as many triangles
+  /// as it has items, and no vertices.
+  const TriangleMesh& operator[](uint32_t geometry) const { return meshes_[geometry]; }
+
+  /// Triangles of all geometries, also those that cannot be hit.
+  std::size_t triangle_count() const { return triangle_count_; }
+
+  /// The number of a triangle among those of all geometries; `Locate` is the way back.
+  uint32_t Number(uint32_t geometry, uint32_t primitive) const {
+    return first_[geometry] + primitive;
+  }
+
+  struct Name {
+    uint32_t geometry;
+    uint32_t primitive;
+  };
+  Name Locate(uint32_t number) const {
+    uint32_t geometry = 0;
+    if (first_.size() > 1) {
+      geometry = static_cast<uint32_t>(std::upper_bound(first_.begin(), first_.end(), number) -
+                                       first_.begin()) -
+                 1;
+    }
+    return {geometry, number - first_[geometry]};
+  }
+
+  /// Whether there is nothing but still triangles without filter functions, so that the triangle
+  /// test is all that a direct solve needs.
+  bool is_plain() const { return is_plain_; }
+
+  /// Whether a geometry is of still triangles.
+  bool HasTriangles(uint32_t geometry) const { return meshes_[geometry].triangles != nullptr; }
+
+  /// Lanes of a leaf that a primitive of a geometry fills (see leaf/leaf_block.h).
+  std::size_t LanesOf(uint32_t geometry) const { return lanes_[geometry]; }
+  bool all_fill_one_lane() const { return all_fill_one_lane_; }
+  const Shapes& shapes() const { return *shapes_; }
+
+  /// Whether every geometry, those of instanced scenes included, accepts every ray whose mask is
+  /// not 0.
+  bool all_masks_full() const { return common_mask_ == UINT32_MAX; }
+
+  /// Whether every geometry is known to accept every ray whose mask holds `mask`: there is a bit
+  /// that all masks have.
+  bool AllAccept(uint32_t mask) const { return all_masks_full() || (common_mask_ & mask) != 0; }
+
+  /// Where the indices of a triangle's corners stand; of still triangles.
+  const char* IndicesOf(uint32_t geometry, uint32_t primitive) const {
+    const TriangleMesh& m = meshes_[geometry];
+    return static_cast<const char*>(m.triangles) + std::size_t{primitive} * m.triangle_stride;
+  }
+
+  /// Reads the corners. False, and nothing read outside the vertices, if an index is too large.
+  bool ReadCorners(uint32_t geometry, uint32_t primitive, Corners& corners) const {
+    const TriangleMesh& m = meshes_[geometry];
+    uint32_t index[3];
+    std::memcpy(index, IndicesOf(geometry, primitive), sizeof(index));
+    if (index[0] >= m.vertex_count || index[1] >= m.vertex_count || index[2] >= m.vertex_count) {
+      return false;
+    }
+    for (int corner = 0; corner < 3; ++corner) {
+      std::memcpy(corners.v[corner],
+                  static_cast<const char*>(m.vertices) + index[corner] * m.vertex_stride,
+                  sizeof(corners.v[corner]));
+    }
+    return true;
+  }
+
+ private:
+  void Add(const TriangleMesh& mesh);
+
+  std::vector<TriangleMesh> meshes_;
+  std::vector<uint32_t> first_;  ///< numbers of the first triangles
+  std::vector<uint8_t> lanes_;
+  std::size_t triangle_count_ = 0;
+  uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
+  bool is_plain_;
+  bool all_fill_one_lane_ = true;
+  std::unique_ptr<const Shapes> shapes_;
+};
+
+}  // namespace dacrt
