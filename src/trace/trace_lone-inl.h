@@ -8,6 +8,8 @@
 #define DACRT_TRACE_TRACE_LONE_INL_H_
 #endif
 
+#include <optional>
+
 #include "leaf/lone_packet-inl.h"
 #include "trace/lone_hit-inl.h"
 #include "trace/trace_rays-inl.h"
@@ -33,28 +35,17 @@ struct LoneCall {
   LoneHit hit;  ///< of a closest-hit query
 };
 
-/// What may come in a ray's way.
-enum class LoneWay {
-  kPlain,   ///< facets that every ray meets, which is all that most scenes have
-  kAny,     ///< also what has to be asked about: masks, functions, instances, equal distances
-  kRobust,  ///< the same, in a robust scene
-};
-
-template <Query kQuery, LoneWay kWay>
+template <Query kQuery, bool kRobust>
 class LoneTracer;
 
 /// Traces the ray of a call through a scene, that of the call or one in an instance.
 template <Query kQuery>
 HWY_INLINE void TraceLone(LoneCall& call, const SceneParts& scene, uint32_t instance_id,
                           RayRecord& ray) {
-  const Shapes& shapes = scene.geometries.shapes();
-  if (HWY_UNLIKELY(shapes.robust())) {
-    LoneTracer<kQuery, LoneWay::kRobust>(call, scene, instance_id, ray).TraceApart();
-  } else if (HWY_UNLIKELY(scene.has_callbacks || scene.has_instances || call.checks_masks ||
-                          !scene.kept)) {
-    LoneTracer<kQuery, LoneWay::kAny>(call, scene, instance_id, ray).TraceApart();
+  if (HWY_UNLIKELY(scene.geometries.shapes().robust())) {
+    LoneTracer<kQuery, true>(call, scene, instance_id, ray).TraceApart();
   } else {
-    LoneTracer<kQuery, LoneWay::kPlain>(call, scene, instance_id, ray).Trace();
+    LoneTracer<kQuery, false>(call, scene, instance_id, ray).Trace();
   }
 }
 template <Query kQuery>
@@ -63,7 +54,7 @@ HWY_NOINLINE void TraceLoneInInstance(LoneCall& call, const SceneParts& scene, u
   TraceLone<kQuery>(call, scene, instance_id, ray);
 }
 
-template <Query kQuery, LoneWay kWay>
+template <Query kQuery, bool kRobust>
 class LoneTracer {
  public:
   LoneTracer(LoneCall& call, const SceneParts& scene, uint32_t instance_id, RayRecord& ray)
@@ -75,31 +66,22 @@ class LoneTracer {
         asks_(call.checks_masks || scene.geometries.shapes().has_filters()) {}
 
   HWY_INLINE void Trace() {
-    OpenChildren open;
-    Resume(scene_.kept->root(), open);
-  }
-  HWY_NOINLINE void TraceApart() {
     // Packets that callbacks see may be of more than one lane.
-    const bool calls_back_alone = call_.options.callback_width == 1 || !scene_.has_callbacks;
+    const bool calls_back_alone = !scene_.has_callbacks || call_.options.callback_width == 1;
     if (HWY_UNLIKELY(!scene_.kept || !calls_back_alone)) return TraceAsTask();
-    Trace();
+    OpenChildren open;
+    std::optional<ChildWord> child = scene_.kept->root();
+    // A walk that calls other functions and goes on then would have no registers left: so it ends
+    // where there is something to ask, and begins anew behind it.
+    do {
+      ChildWord from = *child;
+      if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, from, open, Host{*this}))) return;
+      child = Ask(from, open);
+    } while (child);
   }
-
-  /// From `child` and the open children on.
-  HWY_INLINE void Resume(ChildWord child, OpenChildren& open) {
-    if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, child, open, Host{*this}))) return;
-    if constexpr (kIsPlain) {
-      ResumeAsAny(child, open);
-    } else {
-      ResumeAsTask(child, open);
-    }
-  }
+  HWY_NOINLINE void TraceApart() { Trace(); }
 
  private:
-  /// A tracer that calls other functions and goes on then has fewer registers for its way.
-  static constexpr bool kIsPlain = kWay == LoneWay::kPlain;
-  static constexpr bool kIsRobust = kWay == LoneWay::kRobust;
-
   struct Host {
     HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
       return node.BareLeaves(entered) == 0;
@@ -109,50 +91,61 @@ class LoneTracer {
     LoneTracer& tracer;
   };
 
-  HWY_NOINLINE void ResumeAsAny(ChildWord child, OpenChildren& open) {
-    LoneTracer<kQuery, LoneWay::kAny>(call_, scene_, instance_id_, ray_).Resume(child, open);
-  }
-
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
-    if (HWY_LIKELY(block != nullptr)) return TestFacets(*block);
-    if constexpr (kIsPlain) return WalkStep::kLeave;
-    return TestRow(leaf);
+    if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
+    return TestFacets<false>(*block);
   }
 
+  /// Solves what the walk has left, be it that there is something to ask or another kind of leaf.
+  /// Returns the next open child, if any.
+  HWY_NOINLINE std::optional<ChildWord> Ask(ChildWord child, OpenChildren& open) {
+    const WalkStep step = TestRow(child);
+    if (step == WalkStep::kStop) return std::nullopt;
+    if (step == WalkStep::kLeave) {
+      ResumeAsTask(child, open);
+      return std::nullopt;
+    }
+    return open.Next<kQuery>(ray_.tfar);
+  }
+
+  /// With kAsks, where masks, filter functions and names decide they are asked; else the walk is
+  /// left.
+  template <bool kAsks>
   HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
     switch (LayoutOf(block)) {
       case CornerLayout::kFew:
-        return TestFacets<CornerLayout::kFew>(block);
+        return TestFacets<kAsks, CornerLayout::kFew>(block);
       case CornerLayout::kPrepared:
         // The robust test wants the corners themselves.
-        if constexpr (!kIsRobust) return TestFacets<CornerLayout::kPrepared>(block);
+        if constexpr (!kRobust) return TestFacets<kAsks, CornerLayout::kPrepared>(block);
         [[fallthrough]];
       case CornerLayout::kByLane:
-        return TestFacets<CornerLayout::kByLane>(block);
+        return TestFacets<kAsks, CornerLayout::kByLane>(block);
       default:
-        return TestFacets<CornerLayout::kMany>(block);
+        return TestFacets<kAsks, CornerLayout::kMany>(block);
     }
   }
 
-  template <CornerLayout kLayout>
+  template <bool kAsks, CornerLayout kLayout>
   HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) break;
       const LeafCorners<kLayout> corners{block, part};
-      const WalkStep step = TestPart(block, part, corners);
+      const WalkStep step = TestPart<kAsks>(block, part, corners);
       if (step != WalkStep::kNext) return step;
     }
     return WalkStep::kNext;
   }
 
-  template <class Corners>
+  template <bool kAsks, class Corners>
   HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part, const Corners& corners) {
     const auto triangles = corners.Triangles();
     const FacetCrossing crossing =
-        CrossFacets<kIsRobust>(SpreadRay{ray_}, triangles, corners.Again());
+        CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
-    if (!kIsPlain && asks_) return TakeAsking(block, part, crossing, triangles);
+    if constexpr (kAsks) return TakeAsking(block, part, crossing, triangles);
+    if (HWY_UNLIKELY(asks_)) return WalkStep::kLeave;
     if constexpr (kQuery == Query::kAny) {
       return (crossing.lanes & crossing.within_limit) != 0 ? Block() : WalkStep::kNext;
     }
@@ -167,8 +160,7 @@ class LoneTracer {
         taken = lane;
       } else if (HWY_UNLIKELY(IsNearAs(nearest, taken < kPartLanes, keys[lane],
                                        (crossing.within_limit >> lane) & 1))) {
-        if constexpr (kIsPlain) return WalkStep::kLeave;
-        return TakeAsking(block, part, crossing, triangles);
+        return WalkStep::kLeave;
       }
     }
     if (taken == kPartLanes) return WalkStep::kNext;
@@ -193,7 +185,7 @@ class LoneTracer {
   }
 
   /// Offers the ray the triangles that it meets, where names, masks or filter functions decide.
-  HWY_NOINLINE WalkStep TakeAsking(const LeafBlock& block, size_t part,
+  HWY_INLINE WalkStep TakeAsking(const LeafBlock& block, size_t part,
                                    const FacetCrossing& crossing,
                                    const TestTrianglesOf<EightPart>& triangles) {
     LoneHit candidates;
@@ -253,8 +245,8 @@ class LoneTracer {
     return true;
   }
 
-  /// A leaf of several kinds, or of another one than facets.
-  HWY_NOINLINE WalkStep TestRow(ChildWord leaf) {
+  /// Any leaf; kLeave, and nothing was done, where only a task can be asked.
+  HWY_INLINE WalkStep TestRow(ChildWord leaf) {
     if (!leaf.IsBlock()) return WalkStep::kLeave;
     const auto* const first = reinterpret_cast<const LeafBlock*>(
         partition_.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
@@ -273,7 +265,7 @@ class LoneTracer {
   }
 
   HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
-    if (block.kind == LeafKind::kFacets) return TestFacets(block);
+    if (block.kind == LeafKind::kFacets) return TestFacets<true>(block);
     HWY_ALIGN float entry[kLeafLanes];
     for (uint32_t entered = EnterItems(block, ray_, entry); entered != 0;) {
       const size_t lane = Nearest(entered, entry);

@@ -8,6 +8,8 @@
 #define DACRT_TRACE_TRACE_ONE_INL_H_
 #endif
 
+#include <optional>
+
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/policy.h"
@@ -59,6 +61,17 @@ struct OpenChildren {
     });
     Sort(bottom);
     return ChildWord(word[--count]);
+  }
+
+  /// The next one that a ray which ends at `tfar` has to look at.
+  template <Query kQuery>
+  HWY_INLINE std::optional<ChildWord> Next(float tfar) {
+    // Where any hit will do there are no distances.
+    do {
+      if (count == 0) return std::nullopt;
+      --count;
+    } while (kQuery == Query::kClosest && !(distance[count] <= tfar));
+    return ChildWord(word[count]);
   }
 
   /// The first of them; the others are open then, in their order.
@@ -143,11 +156,9 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
       if (HWY_UNLIKELY(step == WalkStep::kLeave)) return false;
       if (step == WalkStep::kStop) return true;
     }
-    do {
-      if (open.count == 0) return true;
-      --open.count;
-    } while (kOrders && !(open.distance[open.count] <= ray.tfar));
-    child = ChildWord(open.word[open.count]);
+    const std::optional<ChildWord> next = open.Next<kQuery>(ray.tfar);
+    if (!next) return true;
+    child = *next;
   }
 }
 
