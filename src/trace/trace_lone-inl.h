@@ -185,9 +185,8 @@ class LoneTracer {
   }
 
   /// Offers the ray the triangles that it meets, where names, masks or filter functions decide.
-  HWY_INLINE WalkStep TakeAsking(const LeafBlock& block, size_t part,
-                                   const FacetCrossing& crossing,
-                                   const TestTrianglesOf<EightPart>& triangles) {
+  HWY_INLINE WalkStep TakeAsking(const LeafBlock& block, size_t part, const FacetCrossing& crossing,
+                                 const TestTrianglesOf<EightPart>& triangles) {
     LoneHit candidates;
     candidates.Keep(scene_, instance_id_, block, part, 0, crossing, triangles);
     HWY_ALIGN float keys[kPartLanes];
