@@ -66,16 +66,22 @@ HWY_NOINLINE void TestOddBlock(const TraceTask& task, const LeafBlock& block, co
 }
 
 template <Query kQuery>
+HWY_INLINE void TestBlock(const TraceTask& task, ChildWord leaf, const LeafBlock& block,
+                          const RayNumber* list, size_t count, ListMemory memory) {
+  if (HWY_UNLIKELY(block.kind > LeafKind::kMovingFacets)) {
+    TestOddBlock<kQuery>(task, block, list, count, memory);
+  } else if (HWY_UNLIKELY(task.scene.geometries.shapes().robust())) {
+    FacetTest<kQuery, true>(task, leaf, block).Test(list, count);
+  } else {
+    FacetTest<kQuery, false>(task, leaf, block).Test(list, count);
+  }
+}
+
+template <Query kQuery>
 HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBlock* block,
                            const RayNumber* list, size_t count, ListMemory memory) {
   for (;; block = block->Next()) {
-    if (HWY_UNLIKELY(block->kind > LeafKind::kMovingFacets)) {
-      TestOddBlock<kQuery>(task, *block, list, count, memory);
-    } else if (HWY_UNLIKELY(task.scene.geometries.shapes().robust())) {
-      FacetTest<kQuery, true>(task, leaf, *block).Test(list, count);
-    } else {
-      FacetTest<kQuery, false>(task, leaf, *block).Test(list, count);
-    }
+    TestBlock<kQuery>(task, leaf, *block, list, count, memory);
     if (HWY_LIKELY(block->is_last)) return;
   }
 }

@@ -25,6 +25,17 @@ struct GroupHits {
   HWY_ALIGN uint32_t instance_id[kGroupRays];
   HWY_ALIGN float t[kGroupRays];
 
+  GroupHits() {}  // nothing is set
+
+  /// Says of the other lanes that they have none.
+  void SetNone() {
+    for (size_t lane = 0; lane < kGroupRays; ++lane) {
+      if (!(lanes >> lane & 1)) {
+        Set(lane, {{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0});
+      }
+    }
+  }
+
   /// Those of the active rays of a group.
   GroupHits(const TraceTask& task, const GroupLanes& group, uint32_t active) {
     for (size_t first = 0; first < group.parts() * Lanes(); first += Lanes()) {

@@ -16,63 +16,14 @@
 #include <limits>
 #include <optional>
 
+#include "trace/broadcast_triangles-inl.h"
 #include "trace/enter_group-inl.h"
+#include "trace/group_packets-inl.h"
 #include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
-
-/// The triangles of a leaf, to be broadcast one after the other.
-class BroadcastTriangles {
- public:
-  /// `may_meet` says of boxes in the lanes of a vector whether a ray may meet what is in them.
-  template <class MayMeet>
-  HWY_INLINE BroadcastTriangles(const LeafBlock& block, const MayMeet& may_meet)
-      : facets_(&block.prepared()) {
-    if (HWY_UNLIKELY(!block.is_prepared)) {
-      PrepareFacets(block, own_);
-      facets_ = &own_;
-    }
-    for (size_t part = 0; part < kParts; ++part) {
-      const size_t first = part * kPartLanes;
-      WideBoxOf<EightPart> box;
-      for (int axis = 0; axis < 3; ++axis) {
-        box.lower[axis] = hn::LoadU(kEightTag, facets_->lower[axis] + first);
-        box.upper[axis] = hn::LoadU(kEightTag, facets_->upper[axis] + first);
-      }
-      candidates_ |= may_meet(box) << first;
-    }
-    candidates_ &= (1u << block.lanes) - 1;
-  }
-
-  /// Those that a ray may meet, a bit each.
-  uint32_t candidates() const { return candidates_; }
-
-  HWY_INLINE TestTriangles Get(size_t i) const {
-    TestTriangles triangle;
-    for (int axis = 0; axis < 3; ++axis) {
-      triangle.v0[axis] = hn::Set(kFloat, facets_->v0[axis][i]);
-      triangle.e1[axis] = hn::Set(kFloat, facets_->e1[axis][i]);
-      triangle.e2[axis] = hn::Set(kFloat, facets_->e2[axis][i]);
-      triangle.ng[axis] = hn::Set(kFloat, facets_->ng[axis][i]);
-    }
-    return triangle;
-  }
-  HWY_INLINE WideBox Box(size_t i) const {
-    WideBox box;
-    for (int axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = hn::Set(kFloat, facets_->lower[axis][i]);
-      box.upper[axis] = hn::Set(kFloat, facets_->upper[axis][i]);
-    }
-    return box;
-  }
-
- private:
-  const PreparedFacets* facets_;
-  PreparedFacets own_;
-  uint32_t candidates_ = 0;
-};
 
 template <Query kQuery>
 class GroupTracer {
@@ -92,6 +43,7 @@ class GroupTracer {
   void TraceLanes(ChildWord root, uint32_t active, ListMemory memory) {
     numbers_ = kLanes;
     with_record_ = 0;
+    all_ = active;
     TraceActive(root, active, memory);
   }
 
@@ -231,16 +183,65 @@ class GroupTracer {
   HWY_INLINE void TestGroup(ChildWord leaf, uint32_t active, ListMemory memory,
                             const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
-    if (HWY_LIKELY(tests_in_lanes_ && block && (!has_filters_ || !IsFiltered(*block)))) {
-      if (hwy::PopCount(active) > policy::kFewInLeaf) {
-        return TestInLanes(leaf, *block, active, enter);
-      }
-      return TestOneByOne(leaf, *block, active);
+    if (HWY_LIKELY(tests_in_lanes_ && block && !has_filters_)) {
+      return TestFacets(leaf, *block, active, enter);
     }
+    if (!tests_in_lanes_ || !leaf.IsBlock()) {
+      return TestRecords(active, [&](const RayNumber* list, size_t count) {
+        TestLeaf<kQuery>(task_, leaf, list, count, memory);
+      });
+    }
+    TestRow(leaf, active, memory, enter);
+  }
+
+  template <class Enter>
+  HWY_INLINE void TestFacets(ChildWord leaf, const LeafBlock& block, uint32_t active,
+                             const Enter& enter) {
+    if (hwy::PopCount(active) > policy::kFewInLeaf) {
+      return TestInLanes<false>(leaf, block, active, enter);
+    }
+    TestOneByOne(leaf, block, active);
+  }
+
+  /// The blocks of a leaf of any kind.
+  template <class Enter>
+  HWY_NOINLINE void TestRow(ChildWord leaf, uint32_t active, ListMemory memory,
+                            const Enter& enter) {
+    const auto* block = reinterpret_cast<const LeafBlock*>(
+        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    for (;; block = block->Next()) {
+      const bool is_still = !block->is_timed;
+      if (is_still && block->kind == LeafKind::kFacets && !IsFiltered(*block)) {
+        TestFacets(leaf, *block, active, enter);
+      } else if (is_still && block->kind == LeafKind::kFacets && CanCall() && !HasGrids(*block)) {
+        TestInLanes<true>(leaf, *block, active, enter);
+      } else if (is_still && block->kind == LeafKind::kUser && CanCall()) {
+        TestUserPrimitives(*block, active);
+      } else {
+        TestRecords(active, [&](const RayNumber* list, size_t count) {
+          TestBlock<kQuery>(task_, leaf, *block, list, count, memory);
+        });
+      }
+      if (block->is_last) return;
+    }
+  }
+
+  /// `test(list, count)` tests the rays of some lanes by their records.
+  template <class Test>
+  HWY_INLINE void TestRecords(uint32_t active, const Test& test) {
     RayNumber list[kGroupRays];
     const size_t count = ListOf(active, list);
-    TestLeaf<kQuery>(task_, leaf, list, count, memory);
+    test(list, count);
     LoadHits(active);
+  }
+
+  /// Whether functions can be called for the lanes as they are.
+  bool CanCall() const {
+    return numbers_ == kLanes && GroupPackets::CanBe(task_.frame.options.callback_width);
+  }
+  GroupPackets& Packets() {
+    if (!packets_) packets_.emplace(task_, lanes_, all_);
+    return *packets_;
   }
 
   /// The ray of a lane, in all lanes.
@@ -335,7 +336,8 @@ class GroupTracer {
     lanes_.LoadHit(lane, ray);
   }
 
-  template <class Enter>
+  /// With kFiltered, filter functions are asked.
+  template <bool kFiltered, class Enter>
   void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active, const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
     if (triangles.candidates() == 0) return;
@@ -362,14 +364,28 @@ class GroupTracer {
         const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
         meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
         if (hn::AllFalse(kFloat, meet)) continue;
-        TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
+        if (kFiltered && TakeFiltered(block, i, first, rays, triangle, terms, meet, t,
+                                      interval.entry, leaf, lanes)) {
+          rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+        } else {
+          TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
+        }
         if (kQuery == Query::kAny && lanes == 0) break;
       }
     }
   }
 
+  bool HasGrids(const LeafBlock& block) const {
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
+      if (task_.scene.geometries.shapes()[geometry].shape == Shape::kGrids) return true;
+    }
+    return false;
+  }
+
   /// Whether filter functions are to be asked about hits in a leaf.
   HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
+    if (!has_filters_) return false;
     for (size_t i = 0; i < block.lanes; ++i) {
       const uint32_t geometry = NameOfLane(task_, block, i).geometry;
       if (FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry])) return true;
@@ -392,6 +408,23 @@ class GroupTracer {
     const V distance = hn::Div(t, terms.den);
     const V key = hn::Max(distance, entry);
     const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
+    KeepLanes(leaf, i, first, rays, triangle, terms, closer, distance, key);
+    const uint64_t equal = Bits(hn::AndNot(closer, meet));
+    if (HWY_UNLIKELY(equal != 0)) {
+      HWY_ALIGN float keys[kMaxLanes];
+      hn::Store(key, kFloat, keys);
+      const uint64_t limits = Bits(within);
+      ForEachLane(equal, [&](size_t lane) {
+        TakeByName(leaf, block, first + lane, keys[lane], (limits >> lane) & 1, i);
+      });
+    }
+    rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+  }
+
+  /// Says that the rays of some lanes, which are all closer, hit a triangle.
+  HWY_INLINE void KeepLanes(ChildWord leaf, size_t i, size_t first, const TestRays& rays,
+                            const TestTriangles& triangle, const PairTermsOf<V>& terms, M closer,
+                            V distance, V key) {
     const auto keep = [&](V v, float* values)
                           HWY_ATTR { hn::BlendedStore(v, closer, kFloat, values + first); };
     keep(distance, lanes_.t);
@@ -409,16 +442,121 @@ class GroupTracer {
                              hn::Load(kUint, lanes_.hit + first)),
               kUint, lanes_.hit + first);
     hn::Store(hn::IfThenElse(closer, key, rays.tfar), kFloat, lanes_.tfar + first);
-    const uint64_t equal = Bits(hn::AndNot(closer, meet));
-    if (HWY_UNLIKELY(equal != 0)) {
-      HWY_ALIGN float keys[kMaxLanes];
-      hn::Store(key, kFloat, keys);
-      const uint64_t limits = Bits(within);
-      ForEachLane(equal, [&](size_t lane) {
-        TakeByName(leaf, block, first + lane, keys[lane], (limits >> lane) & 1, i);
+  }
+
+  /// Shows the filter function of triangle `i` its hits; false, and nothing was done, if there is
+  /// none. Blocked rays are taken from `lanes`.
+  HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first, TestRays rays,
+                                 TestTriangles triangle, PairTermsOf<V> terms, M meet, V t, V entry,
+                                 ChildWord leaf, uint32_t& lanes) {
+    const GeometryTable::Name name = NameOfLane(task_, block, i);
+    const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
+    if (!filter) return false;
+    const M within = IsWithinLimit(rays, t, terms.den);
+    const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
+    const V key = hn::Max(distance, entry);
+    GroupHits hits;
+    if (Lanes() < kGroupRays) hits.SetNone();  // of the other vectors
+    const bool is_second = block.second >> i & 1;
+    const auto put = [&](V value, float* values)
+                         HWY_ATTR { hn::Store(value, kFloat, values + first); };
+    const V u = hn::Min(hn::Div(terms.u, terms.den), one);
+    const V v = hn::Min(hn::Div(terms.v, terms.den), one);
+    put(is_second ? hn::Sub(one, u) : u, hits.u);
+    put(is_second ? hn::Sub(one, v) : v, hits.v);
+    put(distance, hits.t);
+    for (int axis = 0; axis < 3; ++axis) put(triangle.ng[axis], hits.ng[axis]);
+    const uint32_t geometry_id = task_.scene.geometries[name.geometry].geometry_id;
+    hn::Store(hn::Set(kUint, name.primitive), kUint, hits.primitive_id + first);
+    hn::Store(hn::Set(kUint, geometry_id), kUint, hits.geometry_id + first);
+    hn::Store(hn::Set(kUint, task_.instance_id), kUint, hits.instance_id + first);
+    const auto call = [&](M offered, const auto& change) HWY_ATTR {
+      return Packets().Call(filter, kQuery, name, static_cast<uint32_t>(Bits(offered)) << first,
+                            hits.t, hits, change);
+    };
+    if constexpr (kQuery == Query::kAny) {
+      const uint32_t passed = call(hn::And(meet, within), [](size_t, const FullHit&) {});
+      ForEachLane(passed, [&](size_t lane) {
+        lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
       });
+      lanes &= ~(passed >> first);
+      return true;
     }
-    rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
+    const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
+    HWY_ALIGN float keys[kMaxLanes];
+    hn::Store(key, kFloat, keys);
+    uint32_t changed = 0;
+    FullHit changes[kGroupRays];
+    const uint32_t passed = call(closer, [&](size_t lane, const FullHit& hit) {
+      changed |= 1u << lane;
+      changes[lane] = hit;
+    });
+    KeepLanes(leaf, i, first, rays, triangle, terms, MaskOf((passed & ~changed) >> first), distance,
+              key);
+    ForEachLane(passed & changed, [&](size_t lane) {
+      RayRecord& ray = RecordOf(lane);
+      const bool has_moved = changes[lane].t != hits.t[lane];
+      SetHit(ray, has_moved ? changes[lane].t : keys[lane - first], 0, name.geometry);
+      task_.hits[lane] = changes[lane];
+      lanes_.LoadHit(lane, ray);
+    });
+    const uint64_t limits = Bits(within);
+    ForEachLane(Bits(hn::AndNot(closer, meet)), [&](size_t lane) {
+      Candidate candidate{
+          keys[lane],           ((limits >> lane) & 1) != 0, hits.t[first + lane], {},
+          hits.u[first + lane], hits.v[first + lane],        name.geometry,        name.primitive};
+      for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = hits.ng[axis][first + lane];
+      RayRecord& ray = RecordOf(first + lane);
+      TakeHit<kQuery>(task_, static_cast<RayNumber>(first + lane), candidate);
+      lanes_.LoadHit(first + lane, ray);
+    });
+    return true;
+  }
+
+  /// Hands the rays of some lanes to the functions of user primitives.
+  HWY_NOINLINE void TestUserPrimitives(const LeafBlock& block, uint32_t active) {
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const GeometryTable::Name item = NameOfLane(task_, block, i);
+      const Geometry& user = task_.scene.geometries.shapes()[item.geometry];
+      const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
+      const uint32_t entering = EnterItem(block, i, active);
+      if (entering == 0 || !function) continue;
+      GroupHits hits;
+      if constexpr (kQuery == Query::kClosest) hits = GroupHits(task_, lanes_, active);
+      hits.SetNone();
+      Packets().Call(function, kQuery, item, entering, lanes_.tfar, hits,
+                     [&](size_t lane, const FullHit& hit) {
+                       if constexpr (kQuery == Query::kAny) {
+                         if (hit.t < 0) lanes_.tfar[lane] = hit.t;
+                         return;
+                       }
+                       lanes_.state[lane] = RayRecord::kHasHit;
+                       lanes_.hit[lane] = item.geometry;
+                       lanes_.tfar[lane] = std::min(lanes_.tfar[lane], hit.t);
+                       task_.hits[lane] = hit;
+                     });
+    }
+  }
+
+  /// Those of the lanes that enter the bounds of an item of a block.
+  HWY_INLINE uint32_t EnterItem(const LeafBlock& block, size_t i, uint32_t active) const {
+    const float* const data = block.bounds_data() + i;
+    WideBox box;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = WidenDown(hn::Set(kFloat, data[axis * block.lanes]));
+      box.upper[axis] = WidenUp(hn::Set(kFloat, data[(3 + axis) * block.lanes]));
+    }
+    uint64_t entering = 0;
+    for (size_t part = 0; part < lanes_.parts(); ++part) {
+      V org[3], reciprocal[3];
+      lanes_.LoadPart(part, org, reciprocal);
+      const size_t first = part * Lanes();
+      entering |=
+          Bits(Enters(IntersectBox(box, org, reciprocal), hn::Load(kFloat, lanes_.tnear + first),
+                      hn::Load(kFloat, lanes_.tfar + first)))
+          << first;
+    }
+    return active & static_cast<uint32_t>(entering);
   }
 
   const TraceTask& task_;
@@ -427,6 +565,8 @@ class GroupTracer {
   const bool has_filters_;
   uint32_t visits_ = 0;
   const RayNumber* numbers_ = kLanes;  ///< of the records of the rays in the lanes
+  uint32_t all_ = 0;                   ///< lanes that hold a ray
+  std::optional<GroupPackets> packets_;  ///< where functions are called
   uint32_t with_record_ = 0;           ///< lanes whose records hold the ray
 };
 

@@ -114,16 +114,16 @@ constexpr Shape kShapes[] = {Shape::kTriangles, Shape::kQuads,         Shape::kG
 /// A leaf in memory that ends at a page that may not be touched.
 class Leaf {
  public:
-  Leaf(const GeometryTable& geometries, const std::vector<GeometryTable::Name>& names,
+  Leaf(const GeometryTable& table, const std::vector<GeometryTable::Name>& names,
        uint32_t first = 0, SharedVertices shared = SharedVertices::kFind)
       : memory_(kMostLeafBytes, 64) {
     std::memset(memory_.data(), 0xA5, kMostLeafBytes);
     order.assign(first, 0);
     for (const GeometryTable::Name& name : names) {
-      order.push_back(geometries.Number(name.geometry, name.primitive));
+      order.push_back(table.Number(name.geometry, name.primitive));
     }
     order.back() |= KeptOrder::kLastOfLeaf;
-    bytes = MakeLeaf(geometries, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
+    bytes = MakeLeaf(table, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
   }
 
   std::vector<const LeafBlock*> Blocks() const {
@@ -182,12 +182,12 @@ LeafKind KindOf(Shape shape) {
 }
 
 /// The corners of a facet's first or second triangle.
-void ExpectTriangle(const GeometryTable& geometries, const GeometryTable::Name& name, bool second,
+void ExpectTriangle(const GeometryTable& table, const GeometryTable::Name& name, bool second,
                     const LeafBlock& block, std::size_t lane, uint32_t step) {
   Facet facet;
-  ASSERT_TRUE(geometries.shapes().ReadFacet(name.geometry, name.primitive, step, facet));
+  ASSERT_TRUE(table.shapes().ReadFacet(name.geometry, name.primitive, step, facet));
   constexpr int kTriangle[3] = {0, 1, 2}, kFirst[3] = {0, 1, 3}, kSecond[3] = {2, 3, 1};
-  const bool is_triangle = geometries.shapes()[name.geometry].shape == Shape::kTriangles;
+  const bool is_triangle = table.shapes()[name.geometry].shape == Shape::kTriangles;
   const int* const corners = is_triangle ? kTriangle : second ? kSecond : kFirst;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     EXPECT_TRUE(SameVertex(CornerOf(block, lane, corner, step), facet.corner[corners[corner]]))
@@ -196,7 +196,7 @@ void ExpectTriangle(const GeometryTable& geometries, const GeometryTable::Name& 
 }
 
 /// Every item of the leaf stands in the block of its kind, and each block says what it holds.
-void ExpectLeaf(const GeometryTable& geometries, const std::vector<GeometryTable::Name>& names,
+void ExpectLeaf(const GeometryTable& table, const std::vector<GeometryTable::Name>& names,
                 const Leaf& leaf, uint32_t first) {
   ASSERT_EQ(leaf.bytes, leaf.EndOfBlocks());
   ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
@@ -215,22 +215,22 @@ void ExpectLeaf(const GeometryTable& geometries, const std::vector<GeometryTable
       const uint32_t place = block->PlaceOf(lane) - first;
       ASSERT_LT(place, names.size());
       const GeometryTable::Name name = names[place];
-      const Shape shape = geometries.shapes()[name.geometry].shape;
+      const Shape shape = table.shapes()[name.geometry].shape;
       geometries_of_block.insert(name.geometry);
       const bool carries_both =
-          KindOf(shape) == LeafKind::kFacets && geometries.shapes().StepCount(name.geometry) == 2;
+          KindOf(shape) == LeafKind::kFacets && table.shapes().StepCount(name.geometry) == 2;
       ASSERT_EQ(block->kind, carries_both ? LeafKind::kMovingFacets : KindOf(shape));
-      ASSERT_EQ(block->is_timed, geometries.shapes().IsMoving(name.geometry) && !carries_both);
+      ASSERT_EQ(block->is_timed, table.shapes().IsMoving(name.geometry) && !carries_both);
       const bool second = block->second >> lane & 1;
       if (!second) places.insert(place);
       if (block->is_timed) continue;
       if (block->kind == LeafKind::kFacets || carries_both) {
-        ExpectTriangle(geometries, name, second, *block, lane, 0);
-        if (carries_both) ExpectTriangle(geometries, name, second, *block, lane, 1);
+        ExpectTriangle(table, name, second, *block, lane, 0);
+        if (carries_both) ExpectTriangle(table, name, second, *block, lane, 1);
         continue;
       }
       if (shape == Shape::kUser || shape == Shape::kInstance) {
-        const Box& bounds = geometries.shapes().StillBounds(name.geometry, name.primitive);
+        const Box& bounds = table.shapes().StillBounds(name.geometry, name.primitive);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           ASSERT_EQ(block->bounds_data()[axis * block->lanes + lane], bounds.lower[axis]);
           ASSERT_EQ(block->bounds_data()[(3 + axis) * block->lanes + lane], bounds.upper[axis]);
@@ -238,7 +238,7 @@ void ExpectLeaf(const GeometryTable& geometries, const std::vector<GeometryTable
         continue;
       }
       Point point;
-      geometries.shapes().ReadPoint(name.geometry, name.primitive, Moment{}, point);
+      table.shapes().ReadPoint(name.geometry, name.primitive, Moment{}, point);
       const float* const data = block->point_data();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         ASSERT_EQ(data[axis * block->lanes + lane], point.center[axis]);
@@ -264,8 +264,8 @@ TEST(MakeLeafTest, EachShapeAlone) {
   const AllShapes all(1);
   for (const Shape shape : kShapes) {
     for (const bool moves : {false, true}) {
-      const GeometryTable geometries = all.Table({all.Make(shape, 0, moves)});
-      const std::size_t most = shape == Shape::kInstance ? 1 : kLeafLanes / geometries.LanesOf(0);
+      const GeometryTable table = all.Table({all.Make(shape, 0, moves)});
+      const std::size_t most = shape == Shape::kInstance ? 1 : kLeafLanes / table.LanesOf(0);
       for (std::size_t count = 1; count <= most; ++count) {
         for (const uint32_t first : {0u, 5u}) {
           SCOPED_TRACE("shape " + std::to_string(static_cast<int>(shape)) + ", " +
@@ -274,8 +274,8 @@ TEST(MakeLeafTest, EachShapeAlone) {
           for (uint32_t i = 0; i < count; ++i) names.push_back({0, (7 * i + 3) % 40});
           if (shape == Shape::kInstance) names = {{0, 0}};
           for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
-            const Leaf leaf(geometries, names, first, shared);
-            ExpectLeaf(geometries, names, leaf, first);
+            const Leaf leaf(table, names, first, shared);
+            ExpectLeaf(table, names, leaf, first);
             ASSERT_EQ(leaf.Blocks().size(), 1u);
             if (HasFatalFailure()) return;
           }
@@ -297,7 +297,7 @@ TEST(MakeLeafTest, MixedLeavesOfEveryShape) {
       }
     }
   }
-  const GeometryTable geometries = all.Table(geometries);
+  const GeometryTable table = all.Table(geometries);
   Random random(3);
   std::size_t most_blocks = 0, most_bytes = 0;
   for (int round = 0; round < 20000; ++round) {
@@ -308,18 +308,14 @@ TEST(MakeLeafTest, MixedLeavesOfEveryShape) {
     const uint32_t some = 1 + random.Below(static_cast<uint32_t>(geometries.size()));
     const uint32_t begin = random.Below(static_cast<uint32_t>(geometries.size()));
     for (int tries = 0; tries < 20 && lanes < kLeafLanes; ++tries) {
-      const uint32_t geometry = (begin + random.Below(some)) % geometries.size();
-      const uint32_t item =
-          random.Below(static_cast<uint32_t>(geometries[geometry].triangle_count));
-      if (lanes + geometries.LanesOf(geometry) > kLeafLanes ||
-          !taken.emplace(geometry, item).second)
-        continue;
-      lanes += geometries.LanesOf(geometry);
-      names.push_back({geometry, item});
+      const uint32_t mesh = (begin + random.Below(some)) % geometries.size();
+      const uint32_t item = random.Below(static_cast<uint32_t>(table[mesh].triangle_count));
+      if (lanes + table.LanesOf(mesh) > kLeafLanes || !taken.emplace(mesh, item).second) continue;
+      lanes += table.LanesOf(mesh);
+      names.push_back({mesh, item});
     }
-    const Leaf leaf(geometries, names, 0,
-                    round % 2 ? SharedVertices::kFind : SharedVertices::kRepeat);
-    ExpectLeaf(geometries, names, leaf, 0);
+    const Leaf leaf(table, names, 0, round % 2 ? SharedVertices::kFind : SharedVertices::kRepeat);
+    ExpectLeaf(table, names, leaf, 0);
     if (HasFatalFailure()) return;
     most_blocks = std::max(most_blocks, leaf.Blocks().size());
     most_bytes = std::max(most_bytes, leaf.bytes);
@@ -337,7 +333,7 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
       geometries.push_back(all.Make(shape, static_cast<uint32_t>(geometries.size()), moves));
     }
   }
-  const GeometryTable geometries = all.Table(geometries);
+  const GeometryTable table = all.Table(geometries);
   std::size_t largest = 0;
   // Every number of triangles, and of each kind of points, in eight lanes; the rest is some that
   // move, a block each.
@@ -346,20 +342,20 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
       for (uint32_t spheres = 0; triangles + oriented + spheres <= 8; ++spheres) {
         for (uint32_t discs = 0; triangles + oriented + spheres + discs <= 8; ++discs) {
           std::vector<GeometryTable::Name> names;
-          const auto add = [&](uint32_t geometry, uint32_t count) {
-            for (uint32_t i = 0; i < count; ++i) names.push_back({geometry, i});
+          const auto add = [&](uint32_t mesh, uint32_t count) {
+            for (uint32_t i = 0; i < count; ++i) names.push_back({mesh, i});
           };
           add(0, triangles);
           add(10, oriented);
           add(6, spheres);
           add(8, discs);
-          for (const uint32_t geometry : {11u, 7u, 9u, 1u}) {
-            if (names.size() < 8) add(geometry, 1);
+          for (const uint32_t mesh : {11u, 7u, 9u, 1u}) {
+            if (names.size() < 8) add(mesh, 1);
           }
           for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
-            const Leaf leaf(geometries, names, 0, shared);
+            const Leaf leaf(table, names, 0, shared);
             ASSERT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
-            ExpectLeaf(geometries, names, leaf, 0);
+            ExpectLeaf(table, names, leaf, 0);
             if (HasFatalFailure()) return;
             largest = std::max(largest, leaf.bytes);
           }
@@ -374,14 +370,14 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
 LeafBlock BlockOf(const std::vector<Float3>& vertices,
                   const std::vector<std::array<uint32_t, 3>>& triangles,
                   std::vector<Float3>* corners = nullptr) {
-  unit::Mesh geometry;
-  geometry.vertices = vertices;
-  geometry.triangles = triangles;
-  const TriangleMesh view = geometry.View();
-  const GeometryTable geometries({&view, 1});
+  unit::Mesh mesh;
+  mesh.vertices = vertices;
+  mesh.triangles = triangles;
+  const TriangleMesh view = mesh.View();
+  const GeometryTable table({&view, 1});
   std::vector<GeometryTable::Name> names;
   for (uint32_t i = 0; i < triangles.size(); ++i) names.push_back({0, i});
-  const Leaf leaf(geometries, names);
+  const Leaf leaf(table, names);
   const LeafBlock& block = *leaf.Blocks()[0];
   if (corners) {
     for (std::size_t lane = 0; lane < block.lanes; ++lane) {
@@ -416,11 +412,11 @@ TEST(MakeLeafTest, RepeatedVerticesStandByLane) {
   const AllShapes all(5);
   for (const bool moves : {false, true}) {
     for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
-      const GeometryTable geometries = all.Table({all.Make(shape, 0, moves)});
-      for (std::size_t count = 1; count <= kLeafLanes / geometries.LanesOf(0); ++count) {
+      const GeometryTable table = all.Table({all.Make(shape, 0, moves)});
+      for (std::size_t count = 1; count <= kLeafLanes / table.LanesOf(0); ++count) {
         std::vector<GeometryTable::Name> names;
         for (uint32_t i = 0; i < count; ++i) names.push_back({0, i});
-        const Leaf leaf(geometries, names, 0, SharedVertices::kRepeat);
+        const Leaf leaf(table, names, 0, SharedVertices::kRepeat);
         const LeafBlock& block = *leaf.Blocks()[0];
         if (block.is_timed) continue;
         ASSERT_EQ(block.vertices, LeafBlock::kByLane);
@@ -470,14 +466,14 @@ TEST(MakeLeafTest, VerticesAreToldApartByTheirBits) {
 
 // A program that changed its indices after the commit harms itself only.
 TEST(MakeLeafTest, IndicesThatAreNoLongerLegalGiveTrianglesOfNoArea) {
-  unit::Mesh geometry;
-  geometry.Add({1, 2, 3}, {4, 5, 6}, {7, 8, 10});
-  geometry.Add({1, 0, 0}, {0, 1, 0}, {0, 0, 1});
-  geometry.triangles[0][1] = 6;
-  geometry.triangles.push_back({UINT32_MAX, 0, 1});
-  const TriangleMesh view = geometry.View();
-  const GeometryTable geometries({&view, 1});
-  const Leaf leaf(geometries, {{0, 0}, {0, 1}, {0, 2}});
+  unit::Mesh mesh;
+  mesh.Add({1, 2, 3}, {4, 5, 6}, {7, 8, 10});
+  mesh.Add({1, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  mesh.triangles[0][1] = 6;
+  mesh.triangles.push_back({UINT32_MAX, 0, 1});
+  const TriangleMesh view = mesh.View();
+  const GeometryTable table({&view, 1});
+  const Leaf leaf(table, {{0, 0}, {0, 1}, {0, 2}});
   const LeafBlock& block = *leaf.Blocks()[0];
   ASSERT_EQ(block.lanes, 3u);
   for (const std::size_t lane : {0u, 2u}) {
@@ -486,21 +482,21 @@ TEST(MakeLeafTest, IndicesThatAreNoLongerLegalGiveTrianglesOfNoArea) {
     EXPECT_TRUE(SameVertex(CornerOf(block, lane, 2), v.data()));
   }
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    EXPECT_TRUE(SameVertex(CornerOf(block, 1, corner), geometry.Corner(1, int(corner)).data()));
+    EXPECT_TRUE(SameVertex(CornerOf(block, 1, corner), mesh.Corner(1, int(corner)).data()));
   }
 }
 
 // Up to the mark, or up to so many where nothing is marked.
 TEST(MakeLeafTest, EndsAtTheMarkOrAtTheMost) {
   Random random(5);
-  const unit::Mesh geometry = unit::MakeSoup(random, 20, 1, 1);
-  const TriangleMesh view = geometry.View();
-  const GeometryTable geometries({&view, 1});
+  const unit::Mesh mesh = unit::MakeSoup(random, 20, 1, 1);
+  const TriangleMesh view = mesh.View();
+  const GeometryTable table({&view, 1});
   std::vector<uint32_t> order(20);
   for (uint32_t i = 0; i < 20; ++i) order[i] = i;
   alignas(64) std::byte blocks[kMostLeafBytes];
   const auto lanes = [&](uint32_t first, std::size_t most) {
-    MakeLeaf(geometries, order.data(), first, most, SharedVertices::kRepeat, blocks);
+    MakeLeaf(table, order.data(), first, most, SharedVertices::kRepeat, blocks);
     return std::size_t{reinterpret_cast<const LeafBlock*>(blocks)->lanes};
   };
   for (std::size_t most = 1; most <= kLeafLanes; ++most) EXPECT_EQ(lanes(2, most), most);

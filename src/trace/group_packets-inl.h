@@ -1,0 +1,153 @@
+// What the program's functions see of a group: packets of as many lanes as the call wants, in which
+// each ray stands where it stands in the group. Rays are written once; CallbackPacket for groups.
+
+#if defined(DACRT_TRACE_GROUP_PACKETS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_PACKETS_INL_H_
+#undef DACRT_TRACE_GROUP_PACKETS_INL_H_
+#else
+#define DACRT_TRACE_GROUP_PACKETS_INL_H_
+#endif
+
+#include <cstring>
+
+#include "trace/group_hits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+class GroupPackets {
+ public:
+  /// Whether a group can be handed out so: packets are aligned, and fill the group.
+  static bool CanBe(size_t width) { return width == 4 || width == 8 || width == 16; }
+
+  /// The rays of a group, whose numbers are those of their lanes; `all` are the lanes that hold one.
+  GroupPackets(const TraceTask& task, const GroupLanes& group, uint32_t all)
+      : task_(task), width_(task.frame.options.callback_width) {
+    using enum PacketComponent;
+    // Lanes without a ray hold nothing that is not zero.
+    const auto put = [&](PacketComponent component, const float* values) HWY_ATTR {
+      HWY_ALIGN float of_rays[kGroupRays];
+      for (size_t first = 0; first < kGroupRays; first += Lanes()) {
+        hn::Store(hn::IfThenElseZero(MaskOf(all >> first), hn::Load(kFloat, values + first)),
+                  kFloat, of_rays + first);
+      }
+      ForEachPacket([&](size_t first) {
+        memcpy(Values(first, component), of_rays + first, width_ * sizeof(float));
+      });
+    };
+    put(kOrgX, group.org[0]);
+    put(kOrgY, group.org[1]);
+    put(kOrgZ, group.org[2]);
+    put(kTnear, group.tnear);
+    put(kDirX, group.dir[0]);
+    put(kDirY, group.dir[1]);
+    put(kDirZ, group.dir[2]);
+    put(kTime, group.time);
+    put(kMask, reinterpret_cast<const float*>(group.mask));
+    HWY_ALIGN uint32_t ids[kGroupRays], flags[kGroupRays];
+    ForEachLane(all, [&](size_t lane) {
+      const uint32_t caller = task.CallerOf(static_cast<RayNumber>(lane));
+      ids[lane] = task.frame.Id(caller);
+      flags[lane] = task.frame.Flags(caller);
+    });
+    put(kId, reinterpret_cast<const float*>(ids));
+    put(kFlags, reinterpret_cast<const float*>(flags));
+  }
+
+  /// Calls a function of a geometry for the rays of some lanes, with these ends and hits. Returns
+  /// the lanes that it leaves valid. `change(lane, hit)` is called for those of which it has changed
+  /// the end or the hit.
+  template <class Change>
+  uint32_t Call(const Callback& function, Query query, const GeometryTable::Name& item,
+                uint32_t lanes, const float* tfar, const GroupHits& hits, const Change& change) {
+    uint32_t valid = 0;
+    ForEachPacket([&](size_t first) {
+      const uint32_t of_packet = lanes >> first & ((1u << width_) - 1);
+      if (of_packet != 0) valid |= CallOne(function, query, item, of_packet, first, tfar, hits,
+                                           change) << first;
+    });
+    return valid;
+  }
+
+ private:
+  template <class Function>
+  HWY_INLINE void ForEachPacket(const Function& function) const {
+    for (size_t first = 0; first < kGroupRays; first += width_) function(first);
+  }
+
+  /// The values of a component in the packet that begins with a lane.
+  HWY_INLINE float* Values(size_t first, PacketComponent component) {
+    return values_ + first * kPacketComponents + static_cast<size_t>(component) * width_;
+  }
+
+  template <class Change>
+  HWY_INLINE uint32_t CallOne(const Callback& function, Query query,
+                              const GeometryTable::Name& item, uint32_t lanes, size_t first,
+                              const float* tfar, const GroupHits& hits, const Change& change) {
+    using enum PacketComponent;
+    const auto put = [&](PacketComponent component, const auto* values) {
+      memcpy(Values(first, component), values + first, width_ * sizeof(float));
+    };
+    put(kTfar, tfar);
+    put(kNgX, hits.ng[0]);
+    put(kNgY, hits.ng[1]);
+    put(kNgZ, hits.ng[2]);
+    put(kU, hits.u);
+    put(kV, hits.v);
+    put(kPrimitiveId, hits.primitive_id);
+    put(kGeometryId, hits.geometry_id);
+    put(kInstanceId, hits.instance_id);
+    const float* const from_tfar = Values(first, kTfar);
+    const size_t bytes = (kPacketComponents - static_cast<size_t>(kTfar)) * width_ * sizeof(float);
+    alignas(64) float before[kPacketComponents * kGroupRays];
+    memcpy(before, from_tfar, bytes);
+    alignas(64) int32_t valid[kGroupRays];
+    for (size_t i = 0; i < width_; ++i) valid[i] = -static_cast<int32_t>(lanes >> i & 1);
+    function({query, static_cast<uint32_t>(width_), valid, Values(first, kOrgX),
+              task_.scene.geometries[item.geometry].geometry_id, item.primitive, task_.instance_id,
+              task_.frame.options.call});
+    uint32_t left = 0;
+    ForEachLane(lanes, [&](size_t i) { left |= static_cast<uint32_t>(valid[i] != 0) << i; });
+    if (HWY_LIKELY(memcmp(before, from_tfar, bytes) == 0)) return left;
+    ForEachLane(lanes, [&](size_t i) {
+      const auto differs = [&](PacketComponent component) {
+        const float* const now = Values(first, component) + i;
+        return memcmp(now, before + (now - from_tfar), sizeof(float)) != 0;
+      };
+      if (differs(kTfar) || differs(kNgX) || differs(kNgY) || differs(kNgZ) || differs(kU) ||
+          differs(kV) || differs(kPrimitiveId) || differs(kGeometryId) || differs(kInstanceId)) {
+        change(first + i, HitIn(first, i));
+      }
+    });
+    return left;
+  }
+
+  FullHit HitIn(size_t first, size_t i) {
+    using enum PacketComponent;
+    const auto get = [&](PacketComponent component, auto& value) {
+      memcpy(&value, Values(first, component) + i, sizeof(value));
+    };
+    FullHit hit;
+    get(kNgX, hit.ng[0]);
+    get(kNgY, hit.ng[1]);
+    get(kNgZ, hit.ng[2]);
+    get(kU, hit.u);
+    get(kV, hit.v);
+    get(kPrimitiveId, hit.primitive_id);
+    get(kGeometryId, hit.geometry_id);
+    get(kInstanceId, hit.instance_id);
+    get(kTfar, hit.t);
+    return hit;
+  }
+
+  alignas(64) float values_[kPacketComponents * kGroupRays];
+  const TraceTask& task_;
+  const size_t width_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_PACKETS_INL_H_
