@@ -20,6 +20,7 @@
 #include "partition/kept_partition.h"
 #include "partition/refit.h"
 #include "rays/packet_view.h"
+#include "runtime/split_memory.h"
 #include "scene/scene_parts.h"
 #include "trace/policy.h"
 
@@ -167,6 +168,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
     if (parts.kept && rays.count <= policy::kShortCall) {
+      if (IsUnsplit()) SplitForShortCall();
       Engine().kernels.trace.short_call(query, parts, rays, options, Engine().workspaces);
       return {};
     }
@@ -176,10 +178,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     ReserveWorkspaces(plan, workspaces);
     Statistics statistics;
     // With all threads, because nobody could do anything else before it is done.
-    if (parts.kept && !parts.has_callbacks) {
-      Engine().kernels.partition.split_all(*parts.kept, workspaces[0]->scratch().subset,
-                                           Engine().tasks);
-    }
+    if (parts.kept && !parts.has_callbacks) Split(workspaces[0]->scratch().subset);
     std::mutex mutex;
     std::atomic<std::size_t> next_ray{0};
     ProgressReport progress(options.progress, rays.count);
@@ -375,6 +374,23 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     }
     TakeSeconds(clock, statistics);
     return statistics;
+  }
+
+  bool IsUnsplit() const { return parts.kept->subset(0).root == Subset::kUnsplit; }
+
+  /// Splits the scene into its subsets.
+  void Split(SubsetScratch& scratch) const {
+    Engine().kernels.partition.split_all(*parts.kept, scratch, Engine().tasks);
+  }
+
+  /// The first call after a commit needs all threads for that, however short it is.
+  void SplitForShortCall() const {
+    if (parts.has_callbacks || Engine().tasks.threads() == 1) return;
+    // To wake threads costs more than a subset.
+    if (parts.triangle_count <= SubsetScratch::kTriangles) return;
+    SplitMemory memory(Engine().workspaces);
+    const SplitMemory::Use scratch(memory);
+    if (scratch.get()) Split(*scratch.get());
   }
 
   std::optional<RefitPlan> refit_plan_;  ///< until it is carried out
