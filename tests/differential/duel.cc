@@ -94,6 +94,14 @@ bool IsStream(const Form& form) {
   return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
 }
 
+Company CompanyOf(const Batch& batch, std::span<const RTCRayHit> rays, std::size_t i) {
+  Company company{PacketAround(batch.form, rays, i), {}};
+  if (IsStream(batch.form) && !batch.form.coherent && batch.query == Query::kAny) {
+    company.earlier = rays.first(i);
+  }
+  return company;
+}
+
 }  // namespace
 
 Arena::Arena(const std::string& config) : Arena(tests::DropIn(), config, Library::kDropIn) {}
@@ -199,11 +207,11 @@ std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
   for (std::size_t i = 0; i < trial.before.size(); ++i) {
     ++tally.comparisons;
     const RTCRayHit& before = trial.before[i];
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     Comparison comparison{Relation::kWithheld, Side::kDropIn, {}};
     if (!RealLibraryAborts(before.ray)) {
       comparison =
-          comparer_->Compare(batch, judged_, before, trial.real[i], trial.drop_in[i], packet);
+          comparer_->Compare(batch, judged_, before, trial.real[i], trial.drop_in[i], company);
     }
     const auto relation = static_cast<std::size_t>(comparison.relation);
     ++tally.relations[relation];
@@ -249,10 +257,10 @@ void Duel::CompareOffers(const Batch& batch, const Trial& trial,
     const auto of_real = TakeOffers(real_rest, before.ray.id);
     const auto of_drop_in = TakeOffers(drop_in_rest, before.ray.id);
     if (AreAlike(of_real, of_drop_in)) continue;
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after, std::span<const Offer> offers) {
       const std::optional<std::string> fault =
-          comparer_->FindOfferFault(batch, library, before, after, offers, packet);
+          comparer_->FindOfferFault(batch, library, before, after, offers, company);
       if (!fault) return;
       findings.push_back({std::string(Name(library)) + ' ' + *fault,
                           comparer_->Describe(batch, before, trial.real[i], trial.drop_in[i]), i});
@@ -273,10 +281,10 @@ void Duel::Audit(const Batch& batch, const Trial& trial, Tally& tally,
   for (std::size_t i = 0; i < trial.before.size(); i += step) {
     ++tally.audits;
     const RTCRayHit& before = trial.before[i];
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after) {
       const std::optional<std::string> fault =
-          comparer_->FindFault(batch, library, before, after, packet);
+          comparer_->FindFault(batch, library, before, after, company);
       if (!fault || findings.size() >= kMostFindings) return;
       ++tally.relations[static_cast<std::size_t>(Relation::kUnexplained)];
       findings.push_back({"audited: " + std::string(Name(library)) + ' ' + *fault,
