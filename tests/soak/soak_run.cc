@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -29,6 +30,7 @@ every answer with one that was got in another way.
   --seed=S      (default 1)
   --threads=N   (default 8)
   --acts=N      of a thread in a round (default 20)
+  --act=S       only the act that a message names, by one thread
 
 After each round all is released, and what the process takes is measured: neither what is in use then
 nor the most in a round may grow. The exit code is 0 if all was well, 1 if not, 2 for a wrong option.
@@ -48,6 +50,7 @@ struct Options {
   double minutes = 1;
   uint64_t rounds = std::numeric_limits<uint64_t>::max();
   uint64_t seed = 1, threads = 8, acts = 20;
+  std::optional<uint64_t> only_act;
 };
 
 Options Parse(int argc, char** argv) {
@@ -69,6 +72,8 @@ Options Parse(int argc, char** argv) {
       options.threads = std::stoull(value);
     } else if (name == "--acts") {
       options.acts = std::stoull(value);
+    } else if (name == "--act") {
+      options.only_act = std::stoull(value);
     } else {
       throw std::invalid_argument(argv[i]);
     }
@@ -132,6 +137,7 @@ void Run(const Options& options) {
         .count();
   };
   const Acts acts(options.seed);
+  if (options.only_act) return acts.Act(*options.only_act);
   std::vector<Figures> rounds;
   TakePeakMemory();
   while (rounds.size() < options.rounds && minutes() < options.minutes) {
