@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -61,6 +62,8 @@ void SendOutcome(std::FILE* pipe, const std::function<scenes::Mesh()>& load) {
   if (const int null = open("/dev/null", O_WRONLY); null >= 0) dup2(null, STDERR_FILENO);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
+  // Nor does the parent's handler run, such as a fuzzer's, which would take it for the parent's crash.
+  for (const int fatal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) signal(fatal, SIG_DFL);
   SendOutcome(pipe, load);
   std::fflush(pipe);
   _exit(0);  // without the parent's atexit functions

@@ -11,32 +11,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#if defined(__SANITIZE_THREAD__)
-#define DACRT_UNDER_TSAN 1
-#elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define DACRT_UNDER_TSAN 1
-#endif
-#endif
-#if DACRT_UNDER_TSAN
-#include <sanitizer/tsan_interface.h>
-#endif
-
 namespace dacrt {
 namespace {
-
-/// ThreadSanitizer does not see into oneTBB, which is not compiled with it, and is told here what
-/// oneTBB promises: that bodies see what came before the call, and the caller what they did.
-class Handover {
- public:
-#if DACRT_UNDER_TSAN
-  void Give() { __tsan_release(this); }
-  void Take() { __tsan_acquire(this); }
-#else
-  void Give() {}
-  void Take() {}
-#endif
-};
 
 /// Sets the floating-point environment of a thread, and back.
 class WithEnvironment {
@@ -99,38 +75,28 @@ void TaskPool::ForEach(std::size_t count, const std::function<void(std::size_t)>
   }
   std::fenv_t callers;
   std::fegetenv(&callers);
-  Handover handover;
   const auto run = [&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           const WithEnvironment environment(callers);
-          handover.Take();
           for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
-          handover.Give();
         },
         tbb::simple_partitioner());
   };
-  handover.Give();
   WithThreads([&] { arena_->arena.execute([&] { tbb::this_task_arena::isolate(run); }); });
-  handover.Take();
 }
 
 void TaskPool::Enter(const std::function<void()>& body) {
   if (threads_ == 1) return body();
   std::fenv_t callers;
   std::fegetenv(&callers);
-  Handover handover;
-  handover.Give();
   WithThreads([&] {
     arena_->arena.execute([&] {
       const WithEnvironment environment(callers);  // another thread may do it
-      handover.Take();
       body();
-      handover.Give();
     });
   });
-  handover.Take();
 }
 
 }  // namespace dacrt

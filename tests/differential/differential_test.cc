@@ -73,14 +73,14 @@ TEST_P(WorldsTest, AnswersAreEmbrees) {
 
 INSTANTIATE_TEST_SUITE_P(
     , WorldsTest,
-    testing::Values(Share{"Triangles", "triangles,masks,layouts,changes"},
-                    Share{"Facets", "triangles,quads,grids,robust,flags,configs,motion"},
-                    Share{"Points", "spheres,discs,oriented_discs,motion,filters,layouts"},
-                    Share{"UserGeometries", "user,instances,masks,motion,context_filters,changes"},
-                    Share{"Instances",
-                          "triangles,quads,instances,quaternions,masks,motion,filters,robust"},
-                    Share{"Scales", "triangles,quads,grids,spheres,discs,instances,robust,scales"},
-                    Share{"Everything", ""}, Share{"EverythingByDefaults", "-configs,-hostile"}),
+    testing::Values(
+        Share{"Triangles", "triangles,masks,layouts,changes"},
+        Share{"Facets", "triangles,quads,grids,robust,flags,configs,motion"},
+        Share{"Points", "spheres,discs,oriented_discs,motion,filters,layouts"},
+        Share{"UserGeometries", "user,instances,masks,motion,context_filters,changes"},
+        Share{"Instances", "triangles,quads,instances,quaternions,masks,motion,filters,robust"},
+        Share{"Scales", "triangles,quads,grids,spheres,discs,user,instances,robust,scales"},
+        Share{"Everything", ""}, Share{"EverythingByDefaults", "-configs,-hostile"}),
     [](const auto& share) { return share.param.name; });
 
 std::vector<std::filesystem::path> Regressions() {

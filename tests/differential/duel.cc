@@ -1,17 +1,13 @@
 #include "duel.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
-#include <stdexcept>
 #include <tuple>
 #include <utility>
 
+#include "batch_rays.h"
 #include "contest.h"
-#include "outline.h"
-#include "random.h"
-#include "rays.h"
 
 namespace dacrt::tests {
 namespace {
@@ -25,34 +21,6 @@ constexpr std::size_t kAuditsPerBatch = 8;
 
 /// More than this many findings of a batch are more of the same.
 constexpr std::size_t kMostFindings = 3;
-
-RayKind KindNamed(const std::string& name) {
-  for (const RayKind kind : AllRayKinds()) {
-    if (name == Name(kind)) return kind;
-  }
-  throw std::invalid_argument("there is no kind of rays " + name);
-}
-
-/// The time steps of the moving geometry that has most.
-const WorldGeometry* MostMoving(const std::vector<WorldScene>& scenes) {
-  const WorldGeometry* most = nullptr;
-  for (const WorldScene& scene : scenes) {
-    for (const WorldGeometry& geometry : scene.geometries) {
-      if (geometry.StepCount() > (most ? most->StepCount() : 1)) most = &geometry;
-    }
-  }
-  return most;
-}
-
-/// Times that are likely to find faults: of steps, and of the ends of ranges.
-float SpecialTime(const WorldGeometry& geometry, Random& random) {
-  const float ends[] = {0, 1, geometry.time_begin, geometry.time_end};
-  if (random.Chance(0.5f)) return std::clamp(ends[random.Below(4)], 0.0f, 1.0f);
-  const uint32_t segments = geometry.StepCount() - 1;
-  const float share = static_cast<float>(random.Below(segments + 1)) / static_cast<float>(segments);
-  return std::clamp(geometry.time_begin + share * (geometry.time_end - geometry.time_begin), 0.0f,
-                    1.0f);
-}
 
 /// Offers of one batch in the order of rays, of a ray in an order that does not depend on when
 /// they were made.
@@ -92,6 +60,14 @@ std::span<const Offer> TakeOffers(std::span<const Offer>& rest, uint32_t ray_id)
 
 bool IsStream(const Form& form) {
   return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
+}
+
+Company CompanyOf(const Batch& batch, std::span<const RTCRayHit> rays, std::size_t i) {
+  Company company{PacketAround(batch.form, rays, i), {}};
+  if (IsStream(batch.form) && !batch.form.coherent && batch.query == Query::kAny) {
+    company.earlier = rays.first(i);
+  }
+  return company;
 }
 
 }  // namespace
@@ -155,24 +131,7 @@ void Duel::Commit(std::span<const Change> changes) {
 }
 
 void Duel::MakeRays(Batch& batch, uint64_t seed) const {
-  const TestScene outline = Outline(scenes_);
-  const RayGenerator generator(outline, [this](std::span<RTCRayHit> rays) {
-    CallContext call = MakeContext(FilterKind::kNone);
-    const std::vector<RTCRayHit> traced = Real().Trace({}, rays, call);
-    std::copy(traced.begin(), traced.end(), rays.begin());
-  });
-  batch.rays = generator.Make(KindNamed(batch.ray_kind), batch.rays.size(), seed);
-  Random random(SeedFor("rays", seed));
-  const WorldGeometry* const moving = MostMoving(scenes_);
-  const bool same_time = random.Chance(0.2f), some_masks = random.Chance(0.2f);
-  const float time = moving ? SpecialTime(*moving, random) : 0;
-  uint32_t id = 0;
-  for (RTCRayHit& record : batch.rays) {
-    record.ray.id = id++;
-    if (some_masks) record.ray.mask = random.Bits();
-    if (moving && same_time) record.ray.time = time;
-    if (moving && random.Chance(0.1f)) record.ray.time = SpecialTime(*moving, random);
-  }
+  tests::MakeRays(batch, seed, scenes_, Real());
 }
 
 std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
@@ -199,11 +158,11 @@ std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
   for (std::size_t i = 0; i < trial.before.size(); ++i) {
     ++tally.comparisons;
     const RTCRayHit& before = trial.before[i];
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     Comparison comparison{Relation::kWithheld, Side::kDropIn, {}};
     if (!RealLibraryAborts(before.ray)) {
       comparison =
-          comparer_->Compare(batch, judged_, before, trial.real[i], trial.drop_in[i], packet);
+          comparer_->Compare(batch, judged_, before, trial.real[i], trial.drop_in[i], company);
     }
     const auto relation = static_cast<std::size_t>(comparison.relation);
     ++tally.relations[relation];
@@ -249,10 +208,10 @@ void Duel::CompareOffers(const Batch& batch, const Trial& trial,
     const auto of_real = TakeOffers(real_rest, before.ray.id);
     const auto of_drop_in = TakeOffers(drop_in_rest, before.ray.id);
     if (AreAlike(of_real, of_drop_in)) continue;
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after, std::span<const Offer> offers) {
       const std::optional<std::string> fault =
-          comparer_->FindOfferFault(batch, library, before, after, offers, packet);
+          comparer_->FindOfferFault(batch, library, before, after, offers, company);
       if (!fault) return;
       findings.push_back({std::string(Name(library)) + ' ' + *fault,
                           comparer_->Describe(batch, before, trial.real[i], trial.drop_in[i]), i});
@@ -273,10 +232,10 @@ void Duel::Audit(const Batch& batch, const Trial& trial, Tally& tally,
   for (std::size_t i = 0; i < trial.before.size(); i += step) {
     ++tally.audits;
     const RTCRayHit& before = trial.before[i];
-    const auto packet = PacketAround(batch.form, trial.before, i);
+    const Company company = CompanyOf(batch, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after) {
       const std::optional<std::string> fault =
-          comparer_->FindFault(batch, library, before, after, packet);
+          comparer_->FindFault(batch, library, before, after, company);
       if (!fault || findings.size() >= kMostFindings) return;
       ++tally.relations[static_cast<std::size_t>(Relation::kUnexplained)];
       findings.push_back({"audited: " + std::string(Name(library)) + ' ' + *fault,

@@ -54,10 +54,9 @@ class Generator {
     return drawn && Has(features_, feature);
   }
 
-  /// Draws numbers of its own, so that worlds of other scales are otherwise the same. User
-  /// geometries test their rays themselves, and for these scales not well enough.
+  /// Draws numbers of its own, so that worlds of other scales are otherwise the same.
   void ChangeScale() {
-    if (Has(features_, Feature::kUser) || scale_random_.Chance(0.5f)) return;
+    if (scale_random_.Chance(0.5f)) return;
     const float scale = std::pow(10.0f, scale_random_.Uniform(-30, 17));
     extent_ *= scale;
     center_ = scale_random_.Chance(0.3f) ? RandomVector(3e4f * extent_) : scale * center_;

@@ -77,4 +77,16 @@ bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
   return false;
 }
 
+bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> earlier) {
+  return std::any_of(earlier.begin(), earlier.end(), [&](const RTCRayHit& other) {
+    bool loses_sign = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float own = (&ray.dir_x)[axis], first = (&other.ray.dir_x)[axis];
+      if ((own < 0) != (first < 0)) return false;
+      loses_sign = loses_sign || (first < 0 && -first < 1 / kLargestReciprocal);
+    }
+    return loses_sign;
+  });
+}
+
 }  // namespace dacrt::tests

@@ -1,6 +1,8 @@
 // What rounding may do to the real library's bounding-box tests.
 #pragma once
 
+#include <embree3/rtcore.h>
+
 #include <limits>
 #include <span>
 
@@ -30,5 +32,17 @@ struct SlabBox {
 /// lost only if this one may be: the float distance to a plane is monotone in the plane.
 bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
                      std::span<const RTCRayHit> packet);
+
+/// Whether the real library may take near planes for far ones. Where it asks for occlusion it walks
+/// up to 32 rays of a stream together whose directions have the same signs, and takes the order of
+/// the planes from the first one's reciprocals; those of components above -1e-18 have lost their
+/// sign. `earlier` are the rays of the call before this one.
+bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> earlier);
+
+/// The rays that the real library may trace together with one.
+struct Company {
+  std::span<const RTCRayHit> packet;   ///< for SlabTestMayMiss
+  std::span<const RTCRayHit> earlier;  ///< for PlanesMayBeSwapped
+};
 
 }  // namespace dacrt::tests

@@ -56,12 +56,12 @@ using Judgement = JudgementBy<ShapeAnswer>;
 class Judge {
  public:
   Judge(const std::vector<WorldScene>& scenes, const WorldReference& reference, const Batch& batch,
-        const RTCRayHit& before, std::span<const RTCRayHit> packet)
+        const RTCRayHit& before, const Company& company)
       : scenes_(scenes),
         reference_(reference),
         batch_(batch),
         before_(before),
-        packet_(packet),
+        company_(company),
         near_hits_(reference.NearHits(before.ray)) {}
 
   Judgement Of(const Answer& answer, Library library) const {
@@ -193,7 +193,8 @@ class Judge {
 
   bool MayLose(const PossibleHit& hit, float tfar, Library library) const {
     return library == Library::kReal &&
-           reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, packet_);
+           (PlanesMayBeSwapped(before_.ray, company_.earlier) ||
+            reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_.packet));
   }
 
   static bool IsSame(const Offer& a, const Offer& b) {
@@ -260,7 +261,7 @@ class Judge {
   const WorldReference& reference_;
   const Batch& batch_;
   const RTCRayHit& before_;
-  std::span<const RTCRayHit> packet_;
+  Company company_;
   std::vector<PossibleHit> near_hits_;
 };
 
@@ -298,7 +299,7 @@ const char* Name(Library library) {
 
 Comparison WorldComparer::Compare(const Batch& batch, Library judged, const RTCRayHit& before,
                                   const RTCRayHit& real, const RTCRayHit& drop_in,
-                                  std::span<const RTCRayHit> packet) const {
+                                  const Company& company) const {
   if (FindsNothing(before.ray)) {
     if (!LeavesAlone(batch.query, judged, before, drop_in)) {
       return Unexplained("the drop-in changed an inactive ray");
@@ -320,7 +321,7 @@ Comparison WorldComparer::Compare(const Batch& batch, Library judged, const RTCR
     return {Relation::kRounding, Side::kBoth, {}};
   }
 
-  const Judge judge(scenes_, reference_, batch, before, packet);
+  const Judge judge(scenes_, reference_, batch, before, company);
   const Judgement of_drop_in = judge.Of(drop_in_answer, judged);
   if (!of_drop_in.fault.empty() && !IsExcused(judged, before)) {
     return Unexplained("the drop-in " + of_drop_in.fault);
@@ -342,12 +343,12 @@ Comparison WorldComparer::Compare(const Batch& batch, Library judged, const RTCR
 
 std::optional<std::string> WorldComparer::FindFault(const Batch& batch, Library library,
                                                     const RTCRayHit& before, const RTCRayHit& after,
-                                                    std::span<const RTCRayHit> packet) const {
+                                                    const Company& company) const {
   if (FindsNothing(before.ray)) {
     if (LeavesAlone(batch.query, library, before, after)) return std::nullopt;
     return "changed an inactive ray";
   }
-  const Judge judge(scenes_, reference_, batch, before, packet);
+  const Judge judge(scenes_, reference_, batch, before, company);
   std::string fault = judge.Of(Read(batch.query, before, after), library).fault;
   if (fault.empty() || IsExcused(library, before)) return std::nullopt;
   return fault;
@@ -357,12 +358,12 @@ std::optional<std::string> WorldComparer::FindOfferFault(const Batch& batch, Lib
                                                          const RTCRayHit& before,
                                                          const RTCRayHit& after,
                                                          std::span<const Offer> offers,
-                                                         std::span<const RTCRayHit> packet) const {
+                                                         const Company& company) const {
   if (FindsNothing(before.ray)) {
     if (offers.empty()) return std::nullopt;
     return "shows a filter function a hit of an inactive ray";
   }
-  const Judge judge(scenes_, reference_, batch, before, packet);
+  const Judge judge(scenes_, reference_, batch, before, company);
   std::string fault = judge.OfferFault(Read(batch.query, before, after), library, offers);
   if (fault.empty() || IsExcused(library, before)) return std::nullopt;
   return fault;

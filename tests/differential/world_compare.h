@@ -8,6 +8,7 @@
 
 #include "callbacks.h"
 #include "compare.h"
+#include "slab_test.h"
 #include "world_reference.h"
 
 namespace dacrt::tests {
@@ -25,20 +26,18 @@ class WorldComparer {
 
   /// As Comparer::Compare; `judged` is what `drop_in` is judged as.
   Comparison Compare(const Batch& batch, Library judged, const RTCRayHit& before,
-                     const RTCRayHit& real, const RTCRayHit& drop_in,
-                     std::span<const RTCRayHit> packet) const;
+                     const RTCRayHit& real, const RTCRayHit& drop_in, const Company& company) const;
 
   /// Why `after` cannot be right, whatever another library says; nothing if it can.
   std::optional<std::string> FindFault(const Batch& batch, Library library, const RTCRayHit& before,
-                                       const RTCRayHit& after,
-                                       std::span<const RTCRayHit> packet) const;
+                                       const RTCRayHit& after, const Company& company) const;
 
   /// Why the hits that filter functions were shown for one ray cannot be right: one that is none,
   /// one that was shown twice, or one that should have been shown and was not.
   std::optional<std::string> FindOfferFault(const Batch& batch, Library library,
                                             const RTCRayHit& before, const RTCRayHit& after,
                                             std::span<const Offer> offers,
-                                            std::span<const RTCRayHit> packet) const;
+                                            const Company& company) const;
 
   /// Ray, answers and what the reference knows of them, in several lines.
   std::string Describe(const Batch& batch, const RTCRayHit& before, const RTCRayHit& real,
