@@ -21,6 +21,12 @@ int Fail(const char* name, ExitCode code, std::string message) {
   return int(code);
 }
 
+std::string NamesOfOptions(const CLI::App& app) {
+  std::string names;
+  for (const CLI::Option* option : app.get_options()) names += " " + option->get_name();
+  return names;
+}
+
 }  // namespace
 
 bool ParseCommandLine(CLI::App& app, int argc, char** argv) {
@@ -30,6 +36,8 @@ bool ParseCommandLine(CLI::App& app, int argc, char** argv) {
   } catch (const CLI::Success& help) {
     app.exit(help);
     return false;
+  } catch (const CLI::ExtrasError& error) {
+    throw Error(ExitCode::kUsage, std::string(error.what()) + "; there are" + NamesOfOptions(app));
   } catch (const CLI::ParseError& error) {
     throw Error(ExitCode::kUsage, std::string(error.what()) + " (see --help)");
   }

@@ -210,6 +210,7 @@ TEST_F(AmbientOcclusion, RejectsBadCommandLines) {
     SCOPED_TRACE(testing::PrintToString(arguments));
     ExpectFailure(arguments, kUsage, "--help");
   }
+  ExpectFailure({"--no-such-option"}, kUsage, "; there are --help MESH --triangles");
 }
 
 TEST_F(AmbientOcclusion, RejectsACameraWithoutDirection) {

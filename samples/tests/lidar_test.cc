@@ -120,6 +120,7 @@ TEST_F(Lidar, RefusesWhatItCannotDo) {
     SCOPED_TRACE(testing::PrintToString(bad));
     ExpectFailure(bad, kUsage, "--help");
   }
+  ExpectFailure({"--no-such-option"}, kUsage, "; there are --help --sweeps --rays");
   ExpectFailure({"-o", "cloud.xyz"}, kOutput, "cloud.xyz: the name must end in .ply");
   ExpectFailure({"-o", "missing/cloud.ply"}, kOutput, "there is no such folder");
   ExpectFailure({"-o", "/proc/cloud.ply"}, kOutput, "/proc/cloud.ply: ");

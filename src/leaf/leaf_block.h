@@ -98,6 +98,13 @@ struct alignas(4) LeafBlock {
   /// Lower x, y and z of all, then the upper ones.
   const float* bounds_data() const { return point_data(); }
 
+  uint8_t* indices() { return reinterpret_cast<uint8_t*>(this + 1); }
+  float* vertex_data() { return reinterpret_cast<float*>(indices() + 3 * kLeafLanes); }
+  PreparedFacets& prepared() {
+    return *reinterpret_cast<PreparedFacets*>(vertex_data() + 3 * kByLane);
+  }
+  float* point_data() { return reinterpret_cast<float*>(this + 1); }
+
   /// Facets that do not move, and nothing else in the leaf: what most leaves are.
   bool IsPlain() const { return kind == LeafKind::kFacets && is_last && !is_timed; }
 

@@ -85,7 +85,7 @@ class VertexSet {
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
 struct BlockItems {
-  GeometryTable::Name names[kLeafLanes];
+  GeometryTable::Name names[kLeafLanes] = {};
   uint32_t places[kLeafLanes];
   std::size_t count = 0;
 };
@@ -130,12 +130,12 @@ void WriteFacets(const GeometryTable& geometries, const BlockItems& items, Share
   }
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
-  std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
-  vertices.Write(steps, const_cast<float*>(block.vertex_data()));
+  std::memcpy(block.indices(), indices, sizeof(indices));
+  vertices.Write(steps, block.vertex_data());
 }
 
 void WritePoints(const GeometryTable& geometries, const BlockItems& items, LeafBlock& block) {
-  float* const data = const_cast<float*>(block.point_data());
+  float* const data = block.point_data();
   for (std::size_t i = 0; i < items.count; ++i) {
     Point point;
     geometries.shapes().ReadPoint(items.names[i].geometry, items.names[i].primitive, Moment{},
@@ -237,8 +237,8 @@ void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* 
     return WriteTriangles(geometries, names, count, first, SharedVertices::kRepeat, block);
   }
   block.vertices = static_cast<uint8_t>(distinct);
-  std::memcpy(const_cast<uint8_t*>(block.indices()), indices, sizeof(indices));
-  float* out = const_cast<float*>(block.vertex_data());
+  std::memcpy(block.indices(), indices, sizeof(indices));
+  float* out = block.vertex_data();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (uint32_t i = 0; i < distinct; ++i) *out++ = vertices[i][axis];
   }
@@ -250,7 +250,7 @@ bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, Lea
   if (!items.is_plain) return false;
   DACRT_ASSERT(block.IsPlain() && block.second == 0 && block.lanes == items.count);
   const std::size_t vertices = block.vertices;
-  float* const data = const_cast<float*>(block.vertex_data());
+  float* const data = block.vertex_data();
   uint32_t written = 0;
   for (std::size_t lane = 0; lane < block.lanes; ++lane) {
     const GeometryTable::Name name = items.names[lane];

@@ -140,7 +140,7 @@ class SubsetRefit {
       }
     }
     if (HWY_UNLIKELY(differ != 0)) return false;
-    float* const x = const_cast<float*>(block.vertex_data());
+    float* const x = block.vertex_data();
     const bool is_by_lane = places == LeafBlock::kByLane;
     for (size_t place = 0; place < places; ++place) {
       if (is_by_lane && place % kLeafLanes >= lanes) continue;
@@ -153,9 +153,7 @@ class SubsetRefit {
       x[places + place] = from[1];
       x[2 * places + place] = from[2];
     }
-    if (HWY_UNLIKELY(block.is_prepared)) {
-      PrepareFacets(block, const_cast<PreparedFacets&>(block.prepared()));
-    }
+    if (HWY_UNLIKELY(block.is_prepared)) PrepareFacets(block, block.prepared());
     next_ += lanes;
     return true;
   }

@@ -21,17 +21,13 @@ struct BareLeaf {
   LeafItems items;
 };
 
-void Prepare(const LeafBlock& block, PrepareFunction prepare) {
-  prepare(block, const_cast<PreparedFacets&>(block.prepared()));
-}
-
 /// Renews a copy. If the geometry has no room in it any more, the leaf goes without.
 void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
   const uint32_t place = node.Child(leaf.child).block();
   const std::size_t room = kept.RoomOfLeaf(place);
   if (RenewLeaf(kept.geometries(), leaf.items, room, kept.leaf(place))) {
-    const auto& block = *reinterpret_cast<const LeafBlock*>(kept.leaf(place));
-    if (block.is_prepared) Prepare(block, prepare);
+    auto& block = *reinterpret_cast<LeafBlock*>(kept.leaf(place));
+    if (block.is_prepared) prepare(block, block.prepared());
     return;
   }
   kept.Lose(room);
@@ -50,7 +46,7 @@ void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunc
     if (shared == SharedVertices::kRepeat && block.IsPlain() && !geometries.shapes().robust()) {
       block.is_prepared = true;
       made.bytes = block.Bytes();
-      Prepare(block, prepare);
+      prepare(block, block.prepared());
     }
     if (!made.is_whole || !kept.AllocateLeaf(made.bytes, place)) return false;
     std::memcpy(kept.leaf(place), blocks, made.bytes);
