@@ -105,7 +105,6 @@ Geometry* Scene::FindThreadSafe(unsigned int id) const {
 void Scene::Commit() {
   const std::lock_guard commit_lock(commit_mutex_);
   Selection selection;
-  bool is_shown_elsewhere;
   Used dropped;  // Destroyed after the lock.
   {
     const std::lock_guard lock(geometries_mutex_);
@@ -114,19 +113,15 @@ void Scene::Commit() {
     CheckComplete(changes);
     if (Update(changes, dropped)) return;
     selection = Select();
-    is_shown_elsewhere = snapshot_.use_count() > 1;
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
   // scene either.
   const bool is_empty = selection.geometries.empty();
   if (!is_empty) ReportProgress(0);
-  // Only commits, of which there is one at a time, exchange the snapshot. One that instances show
-  // stays as it is.
-  const Snapshot* const previous = is_shown_elsewhere ? nullptr : snapshot_.get();
-  auto snapshot = std::make_shared<Snapshot>(*device_, selection, previous);
+  // Only commits, of which there is one at a time, exchange the snapshot.
+  auto snapshot = std::make_shared<Snapshot>(*device_, selection, snapshot_.get());
   if (!is_empty) ReportProgress(1);
-  if (Install(selection, std::move(snapshot))) return;
-  Install(selection, std::make_shared<Snapshot>(*device_, selection, nullptr));
+  Install(selection, std::move(snapshot));
 }
 
 Scene::Snapshot::Snapshot(Device& device, const Selection& selection, const Snapshot* previous)
@@ -267,11 +262,15 @@ Scene::Selection Scene::Select() const {
   return selection;
 }
 
-bool Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
+void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
   if (snapshot->takes_over()) {
-    if (snapshot_.use_count() > 1) return false;
-    snapshot->TakeOver(*snapshot_);
+    // One that instances show stays as it is.
+    if (snapshot_.use_count() > 1) {
+      snapshot->TakeCopy(*snapshot_);
+    } else {
+      snapshot->TakeOver(*snapshot_);
+    }
   }
   snapshot->Keep(std::move(selection.used));
   // Both are in the order of IDs.
@@ -285,7 +284,6 @@ bool Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   committed_flags_ = selection.flags;
   ++commit_count_;
   snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
-  return true;
 }
 
 void Scene::ReportProgress(double done) const {

@@ -125,6 +125,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
     /// Whether the scene will take over what the previous one keeps, which is then done for.
     bool takes_over() const { return scene_.takes_over(); }
     void TakeOver(Snapshot& previous) noexcept { scene_.TakeOver(previous.scene_); }
+    void TakeCopy(const Snapshot& previous) { scene_.TakeCopy(previous.scene_); }
 
     /// Whether the scene is now as `changed` says; else it is as before.
     bool Update(std::vector<dacrt::Geometry> changed, bool always_refit) {
@@ -163,8 +164,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// Throws RTC_ERROR_INVALID_OPERATION as Bounds does.
   const dacrt::Scene& CommittedAsItStands() const;
   Selection Select() const;
-  /// False, and nothing is done, if the snapshot takes over another one that others use by now.
-  bool Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
+  void Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
   void ReportProgress(double done) const;
 
   const std::shared_ptr<Device> device_;

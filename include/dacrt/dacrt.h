@@ -173,6 +173,10 @@ class DACRT_API Scene {
   /// `previous` may only be destroyed. Does nothing if takes_over() is false.
   void TakeOver(Scene& previous) noexcept;
 
+  /// The same, but `previous` stays as it is, for scenes that have an instance of it: what it keeps
+  /// is copied. Throws std::bad_alloc; this scene may only be destroyed then.
+  void TakeCopy(const Scene& previous);
+
   /// The same without another scene, for a few geometries of many: those with the IDs of `changed`
   /// are from now on as described there. What it costs follows them and not the scene.
   ///

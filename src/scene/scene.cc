@@ -161,9 +161,13 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     if (!refit_plan_) return;
     parts.kept = std::move(previous.parts.kept);
     previous.parts.triangle_count = 0;
-    Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
-    parts.bounds = parts.kept->bounds();
-    refit_plan_.reset();
+    CarryOutPlan();
+  }
+
+  void TakeCopy(const Implementation& previous) {
+    if (!refit_plan_) return;
+    parts.kept = std::make_unique<KeptPartition>(*previous.parts.kept);
+    CarryOutPlan();
   }
 
   bool Update(std::vector<Geometry> changed, bool always_refit) {
@@ -310,6 +314,12 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     return true;
   }
 
+  void CarryOutPlan() noexcept {
+    Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
+    parts.bounds = parts.kept->bounds();
+    refit_plan_.reset();
+  }
+
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
     if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
     const auto refuse = [&](const char* value, const char* reason) {
@@ -448,6 +458,10 @@ bool Scene::takes_over() const { return implementation_->takes_over(); }
 
 void Scene::TakeOver(Scene& previous) noexcept {
   implementation_->TakeOver(*previous.implementation_);
+}
+
+void Scene::TakeCopy(const Scene& previous) {
+  implementation_->TakeCopy(*previous.implementation_);
 }
 
 bool Scene::Update(std::vector<Geometry> changed, bool always_refit) {
