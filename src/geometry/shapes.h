@@ -160,7 +160,6 @@ class Shapes {
   }
 
  private:
-
   /// Bounds at the time steps [begin, end).
   bool BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end, Box& bounds) const;
 
