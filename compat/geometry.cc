@@ -76,6 +76,7 @@ void Geometry::Commit() {
   buffers_.CheckForCommit();
   is_modified_ = false;
   ++version_;
+  ++changes_;
   static std::atomic<uint64_t> last_revision{0};
   revision_ = ++last_revision;
 }
@@ -83,6 +84,11 @@ void Geometry::Commit() {
 uint64_t Geometry::version() const {
   // Both only grow, and with another scene version_ by what it counted for.
   return instanced_scene_ ? version_ + instanced_scene_->commit_count() : version_;
+}
+
+uint64_t Geometry::description_version() const {
+  // As above: SetInstancedScene counts too.
+  return instanced_scene_ ? changes_ + instanced_scene_->commit_count() : changes_;
 }
 
 void Geometry::SetEnabled(bool enabled) {
@@ -93,7 +99,7 @@ void Geometry::SetEnabled(bool enabled) {
 
 void Geometry::SetMask(uint32_t mask) {
   mask_ = mask;
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetBuildQuality(RTCBuildQuality quality) {
@@ -103,7 +109,7 @@ void Geometry::SetBuildQuality(RTCBuildQuality quality) {
                    " is no build quality");
   }
   build_quality_ = quality;
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetTimeStepCount(unsigned int count) {
@@ -115,7 +121,7 @@ void Geometry::SetTimeStepCount(unsigned int count) {
   time_steps_ = count;
   buffers_.SetTimeStepCount(count);
   transforms_.resize(count);
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetTimeRange(float start, float end) {
@@ -123,18 +129,18 @@ void Geometry::SetTimeRange(float start, float end) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "startTime = ", start, " is after endTime = ", end);
   }
   time_range_ = {start, end};
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetVertexAttributeCount(unsigned int count) {
   buffers_.SetVertexAttributeCount(count);
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::UpdateBuffer(RTCBufferType type, unsigned int slot) {
   // Embree says nothing where there are no buffers.
   if (!IsUser() && !IsInstance()) buffers_.View(type, slot);
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::CheckMayFilter() const {
@@ -159,37 +165,43 @@ void Geometry::CheckIsInstance() const {
 void Geometry::SetClosestFilter(RTCFilterFunctionN filter) {
   CheckMayFilter();
   callbacks_.closest_filter = filter;
+  ++changes_;
 }
 
 void Geometry::SetAnyFilter(RTCFilterFunctionN filter) {
   CheckMayFilter();
   callbacks_.any_filter = filter;
+  ++changes_;
 }
 
 void Geometry::SetUserPrimitiveCount(unsigned int count) {
   CheckIsUser();
   if (count == user_primitives_) return;
   user_primitives_ = count;
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetBoundsFunction(RTCBoundsFunction function) {
   CheckIsUser();
   callbacks_.bounds = function;
+  ++changes_;
 }
 
 void Geometry::SetIntersectFunction(RTCIntersectFunctionN function) {
   CheckIsUser();
   callbacks_.intersect = function;
+  ++changes_;
 }
 
 void Geometry::SetOccludedFunction(RTCOccludedFunctionN function) {
   CheckIsUser();
   callbacks_.occluded = function;
+  ++changes_;
 }
 
 void Geometry::SetPointQueryFunction(RTCPointQueryFunction function) {
   callbacks_.point_query = function;
+  ++changes_;
 }
 
 void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
@@ -201,8 +213,9 @@ void Geometry::SetInstancedScene(std::shared_ptr<Scene> scene) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "scene would be an instance in itself");
   }
   version_ = version();
+  changes_ = description_version();
   instanced_scene_ = std::move(scene);
-  is_modified_ = true;
+  SetModified();
 }
 
 void Geometry::SetTransform(unsigned int time_step, const TransformStep& transform) {
@@ -212,6 +225,7 @@ void Geometry::SetTransform(unsigned int time_step, const TransformStep& transfo
                    " is not below the number of time steps, which is ", transforms_.size());
   }
   transforms_[time_step] = transform;
+  ++changes_;
 }
 
 AffineTransform Geometry::TransformAt(float time) const {

@@ -29,6 +29,8 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
 
   const std::shared_ptr<Device>& device() const { return device_; }
   RTCGeometryType type() const { return type_; }
+  bool IsUser() const { return type_ == RTC_GEOMETRY_TYPE_USER; }
+  bool IsInstance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
 
   /// Throws RTC_ERROR_INVALID_OPERATION if the description is not one of a geometry.
   void Commit();
@@ -36,6 +38,9 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
 
   /// Grows whenever a scene that holds this geometry needs another commit.
   uint64_t version() const;
+
+  /// Grows whenever Describe would say something else, also where that alone asks for no commit.
+  uint64_t description_version() const;
 
   void SetEnabled(bool enabled);
   bool is_enabled() const { return is_enabled_; }
@@ -57,7 +62,8 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void ChangeBuffers(const Change& change) {
     const std::size_t primitives_before = buffers_.PrimitiveCount();
     change(buffers_);
-    if (buffers_.PrimitiveCount() != primitives_before) is_modified_ = true;
+    ++changes_;
+    if (buffers_.PrimitiveCount() != primitives_before) SetModified();
   }
 
   /// Says that the program has changed the contents of a buffer.
@@ -95,8 +101,10 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   }
 
  private:
-  bool IsUser() const { return type_ == RTC_GEOMETRY_TYPE_USER; }
-  bool IsInstance() const { return type_ == RTC_GEOMETRY_TYPE_INSTANCE; }
+  void SetModified() {
+    is_modified_ = true;
+    ++changes_;
+  }
   void CheckIsUser() const;
   void CheckIsInstance() const;
   void CheckMayFilter() const;
@@ -112,6 +120,7 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   std::vector<TransformStep> transforms_ = std::vector<TransformStep>(1);
   void* user_data_ = nullptr;
   uint64_t version_ = 0;
+  uint64_t changes_ = 0;   ///< calls that changed the description
   uint64_t revision_ = 0;  ///< of what was committed: no two are the same, whatever geometry's
   RTCBuildQuality build_quality_ = RTC_BUILD_QUALITY_MEDIUM;
   uint32_t mask_ = UINT32_MAX;

@@ -15,8 +15,6 @@ RTCBounds ToEmbree(const dacrt::Bounds& bounds) {
           bounds.upper[0], bounds.upper[1], bounds.upper[2], 0};
 }
 
-bool IsInstance(const Geometry& geometry) { return geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE; }
-
 }  // namespace
 
 Scene::Scene(std::shared_ptr<Device> device)
@@ -48,7 +46,7 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
   if (geometry->device() != device_) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "scene and geometry are from different devices");
   }
-  instance_count_ += IsInstance(*geometry);
+  instance_count_ += geometry->IsInstance();
   ++revision_;
   if (geometry->is_enabled()) visible_revision_ = revision_;
   geometries_[id] = {std::move(geometry)};
@@ -88,7 +86,7 @@ void Scene::Detach(unsigned int id) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is not attached");
   }
   detached = std::move(place->second);
-  instance_count_ -= IsInstance(*detached.geometry);
+  instance_count_ -= detached.geometry->IsInstance();
   geometries_.erase(place);
   if (id >= device_->first_geometry_id()) first_free_id_ = std::min(first_free_id_, id);
   visible_revision_ = ++revision_;
@@ -107,26 +105,23 @@ Geometry* Scene::FindThreadSafe(unsigned int id) const {
 void Scene::Commit() {
   const std::lock_guard commit_lock(commit_mutex_);
   Selection selection;
-  bool is_shown_elsewhere;
+  Used dropped;  // Destroyed after the lock.
   {
     const std::lock_guard lock(geometries_mutex_);
-    CheckGeometriesCommitted();
-    if (!NeedsCommit()) return;
-    CheckGeometriesComplete();
+    const Changes changes = FindChanges();
+    if (!changes.need_commit) return;
+    CheckComplete(changes);
+    if (Update(changes, dropped)) return;
     selection = Select();
-    is_shown_elsewhere = snapshot_.use_count() > 1;
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
   // scene either.
   const bool is_empty = selection.geometries.empty();
   if (!is_empty) ReportProgress(0);
-  // Only commits, of which there is one at a time, exchange the snapshot. One that instances show
-  // stays as it is.
-  const Snapshot* const previous = is_shown_elsewhere ? nullptr : snapshot_.get();
-  auto snapshot = std::make_shared<Snapshot>(*device_, selection, previous);
+  // Only commits, of which there is one at a time, exchange the snapshot.
+  auto snapshot = std::make_shared<Snapshot>(*device_, selection, snapshot_.get());
   if (!is_empty) ReportProgress(1);
-  if (Install(selection, std::move(snapshot))) return;
-  Install(selection, std::make_shared<Snapshot>(*device_, selection, nullptr));
+  Install(selection, std::move(snapshot));
 }
 
 Scene::Snapshot::Snapshot(Device& device, const Selection& selection, const Snapshot* previous)
@@ -149,38 +144,98 @@ SceneOptions Scene::Snapshot::OptionsFor(const Selection& selection) {
           (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0, selection.always_refit};
 }
 
-void Scene::CheckGeometriesCommitted() const {
-  for (const auto& [id, attached] : geometries_) {
-    if (attached.geometry->is_enabled() && attached.geometry->is_modified()) {
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
+Scene::Changes Scene::FindChanges() {
+  Changes changes;
+  changes.need_snapshot = !snapshot_ || revision_ != committed_revision_ ||
+                          flags_ != committed_flags_ || device_->ranks() || progress_function_;
+  changes.need_commit =
+      revision_ != committed_revision_ || flags_ != committed_flags_ || device_->is_divided();
+  for (Place& place : geometries_) {
+    const Attached& attached = place.second;
+    const Geometry& geometry = *attached.geometry;
+    const bool is_enabled = geometry.is_enabled();
+    if (is_enabled && geometry.is_modified()) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", place.first,
                      " was changed and not committed");
     }
+    changes.need_commit |= geometry.version() != attached.committed_version;
+    changes.need_snapshot |= is_enabled != attached.was_enabled;
+    if (is_enabled) {
+      changes.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
+      changes.need_snapshot |= geometry.IsUser();  // Their bounds are asked for at every commit.
+    }
+    if (is_enabled != attached.was_enabled ||
+        geometry.description_version() != attached.committed_description ||
+        geometry.version() != attached.committed_version) {
+      changes.described_anew.push_back(&place);
+    }
   }
+  return changes;
 }
 
 /// Where Embree crashes.
-void Scene::CheckGeometriesComplete() const {
-  for (const auto& [id, attached] : geometries_) {
-    const Geometry& geometry = *attached.geometry;
+void Scene::CheckComplete(const Changes& changes) {
+  for (const Place* place : changes.described_anew) {
+    const Geometry& geometry = *place->second.geometry;
     if (!geometry.is_enabled()) continue;
     if (const char* const lack = geometry.Lack()) {
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id, " has no ",
-                     lack);
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", place->first,
+                     " has no ", lack);
     }
     static_assert(RTC_MAX_INSTANCE_LEVEL_COUNT == 1);
-    if (IsInstance(geometry) && geometry.instanced_scene()->HasInstances()) {
-      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", id,
+    if (geometry.IsInstance() && geometry.instanced_scene()->HasInstances()) {
+      throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", place->first,
                      " is an instance of a scene that has instances");
     }
   }
 }
 
-bool Scene::NeedsCommit() const {
-  return device_->is_divided() || revision_ != committed_revision_ || flags_ != committed_flags_ ||
-         std::any_of(geometries_.begin(), geometries_.end(), [](const auto& place) {
-           const Attached& attached = place.second;
-           return attached.geometry->version() != attached.committed_version;
-         });
+bool Scene::Update(const Changes& changes, Used& dropped) {
+  if (changes.need_snapshot || snapshot_.use_count() > 1) return false;
+  const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
+  std::vector<dacrt::Geometry> descriptions;
+  descriptions.reserve(changes.described_anew.size());
+  Used used;
+  for (const Place* place : changes.described_anew) {
+    const auto& [id, attached] = *place;
+    if (!attached.geometry->is_enabled()) continue;
+    const std::size_t used_before = used.size();
+    descriptions.push_back(Describe(*place, context_filter, used));
+    if (descriptions.back().primitive_count == 0) return false;
+    if (used.size() - used_before != attached.used_count) return false;
+  }
+  if (!snapshot_->Update(std::move(descriptions), changes.always_refit)) return false;
+  auto next_used = used.begin();
+  for (Place* place : changes.described_anew) {
+    Attached& attached = place->second;
+    SetCommitted(attached);
+    if (!attached.was_enabled) continue;
+    std::swap_ranges(next_used, next_used + attached.used_count,
+                     snapshot_->used().begin() + attached.used);
+    next_used += attached.used_count;
+  }
+  dropped = std::move(used);
+  ++commit_count_;
+  return true;
+}
+
+/// A geometry for the engine, and what that refers to. The engine keeps instanced scenes itself; to
+/// keep the instance would keep the scene that it may get next.
+dacrt::Geometry Scene::Describe(const Place& place, bool context_filter, Used& used) {
+  const auto& [id, attached] = place;
+  dacrt::Geometry description = attached.geometry->Describe(id, context_filter);
+  if (description.primitive_count > 0 && !attached.geometry->IsInstance()) {
+    used.push_back(attached.geometry);  // Callbacks refer to it.
+    attached.geometry->AddUsedBuffers(used);
+  }
+  return description;
+}
+
+void Scene::SetCommitted(Attached& attached) {
+  const Geometry& geometry = *attached.geometry;
+  attached.committed_version = geometry.version();
+  attached.committed_description = geometry.description_version();
+  attached.was_enabled = geometry.is_enabled();
 }
 
 Scene::Selection Scene::Select() const {
@@ -188,46 +243,47 @@ Scene::Selection Scene::Select() const {
   selection.revision = revision_;
   selection.flags = flags_;
   selection.always_refit = true;
-  selection.versions.reserve(geometries_.size());
+  selection.attached.reserve(geometries_.size());
   selection.geometries.reserve(geometries_.size());
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
-  for (const auto& [id, attached] : geometries_) {
-    Geometry& geometry = *attached.geometry;
-    selection.versions.emplace_back(id, geometry.version());
+  for (const Place& place : geometries_) {
+    Attached& attached = selection.attached.emplace_back(place).second;
+    SetCommitted(attached);
+    attached.used = selection.used.size();
+    attached.used_count = 0;
+    const Geometry& geometry = *attached.geometry;
     if (!geometry.is_enabled()) continue;
-    dacrt::Geometry description = geometry.Describe(id, context_filter);
+    dacrt::Geometry description = Describe(place, context_filter, selection.used);
+    attached.used_count = selection.used.size() - attached.used;
     if (description.primitive_count == 0) continue;
-    // The engine keeps instanced scenes itself. To keep the instance would keep the scene that it
-    // may get next.
-    if (!IsInstance(geometry)) {
-      selection.used.push_back(attached.geometry);  // Callbacks refer to it.
-      geometry.AddUsedBuffers(selection.used);
-    }
     selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
   }
   return selection;
 }
 
-bool Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
+void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
   if (snapshot->takes_over()) {
-    if (snapshot_.use_count() > 1) return false;
-    snapshot->TakeOver(*snapshot_);
+    // One that instances show stays as it is.
+    if (snapshot_.use_count() > 1) {
+      snapshot->TakeCopy(*snapshot_);
+    } else {
+      snapshot->TakeOver(*snapshot_);
+    }
   }
   snapshot->Keep(std::move(selection.used));
   // Both are in the order of IDs.
   auto place = geometries_.begin();
-  for (const auto& [id, version] : selection.versions) {
+  for (const auto& [id, attached] : selection.attached) {
     while (place != geometries_.end() && place->first < id) ++place;
     if (place == geometries_.end()) break;
-    if (place->first == id) place->second.committed_version = version;
+    if (place->first == id && place->second.geometry == attached.geometry) place->second = attached;
   }
   committed_revision_ = selection.revision;
   committed_flags_ = selection.flags;
   ++commit_count_;
   snapshot_.swap(snapshot);  // The old one goes with `snapshot`, after the lock.
-  return true;
 }
 
 void Scene::ReportProgress(double done) const {

@@ -83,17 +83,33 @@ class Scene : public std::enable_shared_from_this<Scene> {
  private:
   struct Attached {
     std::shared_ptr<Geometry> geometry;
-    uint64_t committed_version = 0;  ///< Geometry::version() at the last commit
+    uint64_t committed_version = 0;      ///< Geometry::version() at the last commit
+    uint64_t committed_description = 0;  ///< Geometry::description_version()
+    bool was_enabled = false;            ///< it was at the last commit
+    std::size_t used = 0;                ///< where what it uses stands in what the snapshot keeps
+    std::size_t used_count = 0;
   };
+  using Place = std::pair<const unsigned int, Attached>;
+
+  /// What has changed since the last commit.
+  struct Changes {
+    bool need_commit = false;
+    bool need_snapshot = false;  ///< more than the descriptions of some geometries
+    bool always_refit = true;    ///< all are of REFIT quality
+    std::vector<Place*> described_anew;
+  };
+
+  /// Memory and objects that descriptions refer to.
+  using Used = std::vector<std::shared_ptr<const void>>;
 
   /// What a commit is made of, as it was when the commit began.
   struct Selection {
     uint64_t revision = 0;
     RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
-    std::vector<std::pair<unsigned int, uint64_t>> versions;  ///< of all geometries, by ID
+    std::vector<std::pair<unsigned int, Attached>> attached;  ///< all, by ID, as they will be
     std::vector<dacrt::Geometry> geometries;                  ///< the enabled ones
     bool always_refit = false;                                ///< all are of REFIT quality
-    std::vector<std::shared_ptr<const void>> used;            ///< what these refer to
+    Used used;
   };
 
   /// The engine's scene with the memory that it reads, which goes after it.
@@ -109,9 +125,16 @@ class Scene : public std::enable_shared_from_this<Scene> {
     /// Whether the scene will take over what the previous one keeps, which is then done for.
     bool takes_over() const { return scene_.takes_over(); }
     void TakeOver(Snapshot& previous) noexcept { scene_.TakeOver(previous.scene_); }
+    void TakeCopy(const Snapshot& previous) { scene_.TakeCopy(previous.scene_); }
+
+    /// Whether the scene is now as `changed` says; else it is as before.
+    bool Update(std::vector<dacrt::Geometry> changed, bool always_refit) {
+      return scene_.Update(std::move(changed), always_refit);
+    }
 
     /// Keeps what the scene refers to as long as it is there.
-    void Keep(std::vector<std::shared_ptr<const void>> used) { used_ = std::move(used); }
+    void Keep(Used used) { used_ = std::move(used); }
+    Used& used() { return used_; }
 
     /// The same scene, as several ranks have it; null without.
     mpi::GroupScene* shared() const { return shared_.get(); }
@@ -121,22 +144,27 @@ class Scene : public std::enable_shared_from_this<Scene> {
     static SceneOptions OptionsFor(const Selection& selection);
 
     const bool has_instances_;
-    std::vector<std::shared_ptr<const void>> used_;
+    Used used_;
     dacrt::Scene scene_;
     std::unique_ptr<mpi::GroupScene> shared_;
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
   void CheckIsNoCycle(const Geometry& geometry) const;
-  void CheckGeometriesCommitted() const;
-  void CheckGeometriesComplete() const;
+  /// Throws RTC_ERROR_INVALID_OPERATION if an enabled geometry was changed and not committed.
+  Changes FindChanges();
+  static void CheckComplete(const Changes& changes);
+  /// Brings the snapshot up to date in its place. False, and nothing is done, if another one must
+  /// be made. What the old one used and the new one does not goes into `dropped`.
+  bool Update(const Changes& changes, Used& dropped);
+  static dacrt::Geometry Describe(const Place& place, bool context_filter, Used& used);
+  /// Says that a geometry was committed as it is.
+  static void SetCommitted(Attached& attached);
   [[noreturn]] static void RefuseUncommitted();
   /// Throws RTC_ERROR_INVALID_OPERATION as Bounds does.
   const dacrt::Scene& CommittedAsItStands() const;
-  bool NeedsCommit() const;
   Selection Select() const;
-  /// False, and nothing is done, if the snapshot takes over another one that others use by now.
-  bool Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
+  void Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
   void ReportProgress(double done) const;
 
   const std::shared_ptr<Device> device_;

@@ -116,14 +116,15 @@ template <class T>
 concept OneOrMoreGeometries =
     std::same_as<T, Geometry> || std::convertible_to<const T&, std::span<const Geometry>>;
 
-/// A committed, immutable set of geometries.
+/// A committed set of geometries, which nothing changes but Update.
 ///
 /// Change: to show what has moved, come or gone, make another scene of the same device over the
 /// same arrays; the old one may be destroyed before or after. Where only vertices, transforms and
 /// bounds have changed, the new scene can take over what the old one has found out (see TakeOver);
-/// otherwise that is found out anew where rays come. What stays still while others move belongs
-/// in a scene of its own, of which the one that is made anew has an instance (InstanceOf): it keeps
-/// what it has, and what moves without changing its shape is an instance with another transform.
+/// otherwise that is found out anew where rays come. Where few of many geometries have, Update
+/// changes the scene itself. What stays still while others move belongs in a scene of its own, of
+/// which the one that is made anew has an instance (InstanceOf): it keeps what it has, and what
+/// moves without changing its shape is an instance with another transform.
 ///
 /// Primitives with an index outside the vertices, or with a coordinate that is not finite or beyond
 /// 1.8e18 in magnitude at any time step, are left out: no ray hits them, and they do not enter the
@@ -171,6 +172,21 @@ class DACRT_API Scene {
   /// Takes over what `previous`, the scene that was given to the constructor, keeps. From then on
   /// `previous` may only be destroyed. Does nothing if takes_over() is false.
   void TakeOver(Scene& previous) noexcept;
+
+  /// The same, but `previous` stays as it is, for scenes that have an instance of it: what it keeps
+  /// is copied. Throws std::bad_alloc; this scene may only be destroyed then.
+  void TakeCopy(const Scene& previous);
+
+  /// The same without another scene, for a few geometries of many: those with the IDs of `changed`
+  /// are from now on as described there. What it costs follows them and not the scene.
+  ///
+  /// False, and nothing has changed, if that needs another scene: where TakeOver would not do, or
+  /// no or several geometries have such an ID, or one is a user geometry, gets or loses a filter
+  /// function, or instances another scene. Throws as the constructors do; nothing has changed then.
+  ///
+  /// The caller's duty: nobody may trace the scene, or one that has an instance of it, meanwhile;
+  /// nor later the latter, because their bounds are those of before.
+  bool Update(std::vector<Geometry> changed, bool always_refit = false);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

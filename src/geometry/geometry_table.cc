@@ -87,16 +87,36 @@ GeometryTable::GeometryTable(std::span<const Geometry> geometries,
     sorted.push_back(geometries[i]);
     sorted_scenes.push_back(scenes[i]);
   }
-  shapes_ = std::make_unique<const Shapes>(std::move(sorted), std::move(sorted_scenes), robust);
+  shapes_ = std::make_unique<Shapes>(std::move(sorted), std::move(sorted_scenes), robust);
   for (uint32_t i = 0; i < shapes_->size(); ++i) {
-    const Geometry& geometry = (*shapes_)[i];
-    Add(ToMesh(geometry, shapes_->ItemCount(i)));
-    lanes_.push_back(static_cast<uint8_t>(LanesFor(geometry.shape)));
+    Add(ToMesh((*shapes_)[i], shapes_->ItemCount(i)));
+    lanes_.push_back(static_cast<uint8_t>(LanesFor((*shapes_)[i].shape)));
     all_fill_one_lane_ &= lanes_.back() == 1;
+  }
+  FindCommonMask();
+}
+
+void GeometryTable::FindCommonMask() {
+  common_mask_ = UINT32_MAX;
+  for (uint32_t i = 0; i < size(); ++i) {
+    common_mask_ &= meshes_[i].mask;
     if (const SceneParts* scene = shapes_->InstancedScene(i)) {
       common_mask_ &= scene->geometries.common_mask_;
     }
   }
+}
+
+std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
+  const auto found = std::ranges::equal_range(meshes_, geometry_id, {}, &TriangleMesh::geometry_id);
+  if (found.size() != 1) return std::nullopt;
+  return static_cast<uint32_t>(found.begin() - meshes_.begin());
+}
+
+void GeometryTable::Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept {
+  shapes_->Exchange(geometry, successor);
+  const uint32_t mask = meshes_[geometry].mask;
+  meshes_[geometry] = ToMesh((*shapes_)[geometry], shapes_->ItemCount(geometry));
+  if (meshes_[geometry].mask != mask) FindCommonMask();
 }
 
 void GeometryTable::Add(const TriangleMesh& mesh) {
@@ -110,7 +130,6 @@ void GeometryTable::Add(const TriangleMesh& mesh) {
   }
   first_.push_back(static_cast<uint32_t>(triangle_count_));
   triangle_count_ += mesh.triangle_count;
-  common_mask_ &= mesh.mask;
   meshes_.push_back(mesh);
 }
 

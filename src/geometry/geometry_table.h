@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -64,6 +65,12 @@ class GeometryTable {
   /// Whether a geometry is of still triangles.
   bool HasTriangles(uint32_t geometry) const { return meshes_[geometry].triangles != nullptr; }
 
+  /// The number of the only geometry with an ID; nothing if there are none or several.
+  std::optional<uint32_t> Find(uint32_t geometry_id) const;
+
+  /// Puts a geometry in the place of another one, for which it can be exchanged.
+  void Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept;
+
   /// Lanes of a leaf that a primitive of a geometry fills (see leaf/leaf_block.h).
   std::size_t LanesOf(uint32_t geometry) const { return lanes_[geometry]; }
   bool all_fill_one_lane() const { return all_fill_one_lane_; }
@@ -101,6 +108,7 @@ class GeometryTable {
 
  private:
   void Add(const TriangleMesh& mesh);
+  void FindCommonMask();
 
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
@@ -109,7 +117,7 @@ class GeometryTable {
   uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
   bool is_plain_;
   bool all_fill_one_lane_ = true;
-  std::unique_ptr<const Shapes> shapes_;
+  std::unique_ptr<Shapes> shapes_;
 };
 
 }  // namespace dacrt

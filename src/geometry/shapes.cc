@@ -160,48 +160,57 @@ Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box
 }  // namespace
 
 Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust)
-    : geometries_(std::move(geometries)), derived_(geometries_.size()), robust_(robust) {
+    : geometries_(std::move(geometries)), robust_(robust) {
+  derived_.reserve(geometries_.size());
   for (uint32_t i = 0; i < geometries_.size(); ++i) {
-    derived_[i].scene = scenes[i];
-    Derive(i);
+    derived_.emplace_back(geometries_[i], scenes[i]);
     has_filters_ |= geometries_[i].closest_filter || geometries_[i].any_filter;
     has_callbacks_ |= has_filters_ || geometries_[i].shape == Shape::kUser;
   }
 }
 
-void Shapes::Derive(uint32_t geometry) {
-  const Geometry& g = geometries_[geometry];
-  Derived& derived = derived_[geometry];
-  derived.item_count = g.primitive_count;
-  if (g.shape == Shape::kInstance) return DeriveInstance(geometry);
-  if (g.shape == Shape::kUser) {
-    CheckSteps(g.user_time_steps, "user_time_steps", g);
-    derived.steps = g.user_time_steps;
-    if (!g.bounds.function) derived.item_count = 0;
-    for (uint32_t item = 0; item < derived.item_count; ++item) {
-      for (uint32_t step = 0; step < derived.steps; ++step) {
-        Bounds bounds{{1, 1, 1}, {-1, -1, -1}};
-        g.bounds.function(g.bounds.data, item, step, bounds);
-        Box box = Box::Empty();
-        if (IsUsable(bounds)) {
-          box.Extend(bounds.lower);
-          box.Extend(bounds.upper);
-        }
-        derived.bounds.push_back(box);
-      }
-    }
-    return;
+Shapes::Derived::Derived(const Geometry& geometry, const SceneParts* instanced_scene)
+    : item_count(geometry.primitive_count), scene(instanced_scene) {
+  switch (geometry.shape) {
+    case Shape::kInstance:
+      PlaceInstance(geometry);
+      break;
+    case Shape::kUser:
+      CallBoundsFunction(geometry);
+      break;
+    default:
+      CheckArrays(geometry);
+      steps = static_cast<uint32_t>(geometry.vertices.size());
+      if (geometry.shape == Shape::kGrids) CountCells(geometry);
   }
-  CheckArrays(g);
-  derived.steps = static_cast<uint32_t>(g.vertices.size());
-  if (g.shape != Shape::kGrids) return;
+}
+
+void Shapes::Derived::CallBoundsFunction(const Geometry& g) {
+  CheckSteps(g.user_time_steps, "user_time_steps", g);
+  steps = g.user_time_steps;
+  if (!g.bounds.function) item_count = 0;
+  for (uint32_t item = 0; item < item_count; ++item) {
+    for (uint32_t step = 0; step < steps; ++step) {
+      Bounds at_step{{1, 1, 1}, {-1, -1, -1}};
+      g.bounds.function(g.bounds.data, item, step, at_step);
+      Box box = Box::Empty();
+      if (IsUsable(at_step)) {
+        box.Extend(at_step.lower);
+        box.Extend(at_step.upper);
+      }
+      bounds.push_back(box);
+    }
+  }
+}
+
+void Shapes::Derived::CountCells(const Geometry& g) {
   std::size_t cells = 0;
   for (uint32_t grid = 0; grid < g.primitive_count; ++grid) {
     if (cells >= UINT32_MAX) {
       Refuse(g, "primitives", std::to_string(cells) + " grid cells", "too many to be numbered",
              Error::Kind::kTooLarge);
     }
-    derived.first_cells.push_back(static_cast<uint32_t>(cells));
+    first_cells.push_back(static_cast<uint32_t>(cells));
     const auto primitive = Read<GridPrimitive>(g.primitives, grid);
     if (!IsLegal(primitive, g.vertex_count)) continue;
     // All rows of a grid without a stride are one, so that no cell has an area and the first row of
@@ -209,25 +218,36 @@ void Shapes::Derive(uint32_t geometry) {
     const std::size_t rows = primitive.vertex_stride == 0 ? 1 : primitive.height - 1u;
     cells += (primitive.width - 1u) * rows;
   }
-  derived.item_count = cells;
+  item_count = cells;
 }
 
-void Shapes::DeriveInstance(uint32_t geometry) {
-  const Geometry& g = geometries_[geometry];
-  Derived& derived = derived_[geometry];
+void Shapes::Derived::PlaceInstance(const Geometry& g) {
   CheckSteps(g.transforms.size(), "transforms", g);
-  derived.item_count = 1;
-  derived.steps = static_cast<uint32_t>(g.transforms.size());
-  const Box& box = derived.scene->bounds;
-  derived.bounds.assign(derived.steps, Box::Empty());
-  for (std::size_t i = 0; i < derived.steps && !box.IsEmpty(); ++i) {
-    Extend(derived.bounds[i], TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
+  item_count = 1;
+  steps = static_cast<uint32_t>(g.transforms.size());
+  const Box& box = scene->bounds;
+  bounds.assign(steps, Box::Empty());
+  for (std::size_t i = 0; i < steps && !box.IsEmpty(); ++i) {
+    Extend(bounds[i], TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
     if (i == 0 || !g.transforms[i].in_parts || !g.transforms[i - 1].in_parts) continue;
     const Box between = BoundRotation(g.transforms[i - 1], g.transforms[i], box);
-    Extend(derived.bounds[i - 1], between);
-    Extend(derived.bounds[i], between);
+    Extend(bounds[i - 1], between);
+    Extend(bounds[i], between);
   }
-  derived.to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
+  to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
+}
+
+bool Shapes::CanExchange(uint32_t geometry, const Successor& successor) const {
+  const Geometry &a = geometries_[geometry], &b = successor.geometry_;
+  const auto are_alike = [](const Callback& x, const Callback& y) {
+    return static_cast<bool>(x) == static_cast<bool>(y);
+  };
+  return a.shape == b.shape && a.shape != Shape::kUser && a.geometry_id == b.geometry_id &&
+         derived_[geometry].item_count == successor.derived_.item_count &&
+         derived_[geometry].steps == successor.derived_.steps &&
+         derived_[geometry].scene == successor.derived_.scene &&
+         a.primitives.data == b.primitives.data && a.primitives.stride == b.primitives.stride &&
+         are_alike(a.closest_filter, b.closest_filter) && are_alike(a.any_filter, b.any_filter);
 }
 
 bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end,

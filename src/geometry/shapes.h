@@ -8,6 +8,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "dacrt/geometry.h"
@@ -114,20 +115,54 @@ class Shapes {
   bool has_filters() const { return has_filters_; }
 
  private:
+  /// What is known of a geometry beside its description.
   struct Derived {
+    /// Throws as Scene's constructor does.
+    Derived(const Geometry& geometry, const SceneParts* instanced_scene);
+
     std::size_t item_count = 0;
     uint32_t steps = 1;
     std::vector<uint32_t> first_cells;  ///< of each grid
     std::vector<Box> bounds;            ///< of user primitives or an instance, at each time step
     AffineTransform to_instance;        ///< of a still instance
     const SceneParts* scene = nullptr;  ///< of an instance
+
+   private:
+    void CallBoundsFunction(const Geometry& geometry);
+    void CountCells(const Geometry& geometry);
+    void PlaceInstance(const Geometry& geometry);
   };
 
+ public:
+  /// A geometry as it will be: to be exchanged for the one that stands in its place.
+  class Successor {
+   public:
+    /// Throws as Scene's constructor does.
+    Successor(Geometry geometry, const SceneParts* instanced_scene)
+        : geometry_(std::move(geometry)), derived_(geometry_, instanced_scene) {}
+
+    const Geometry& geometry() const { return geometry_; }
+    const SceneParts* InstancedScene() const { return derived_.scene; }
+    std::size_t ItemCount() const { return derived_.item_count; }
+    uint32_t StepCount() const { return derived_.steps; }
+
+   private:
+    friend Shapes;
+    Geometry geometry_;
+    Derived derived_;
+  };
+
+  /// Whether both may stand in one place: only where they are, and which rays meet them, differs.
+  bool CanExchange(uint32_t geometry, const Successor& successor) const;
+  void Exchange(uint32_t geometry, Successor& successor) noexcept {
+    std::swap(geometries_[geometry], successor.geometry_);
+    std::swap(derived_[geometry], successor.derived_);
+  }
+
+ private:
   /// Bounds at the time steps [begin, end).
   bool BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end, Box& bounds) const;
 
-  void Derive(uint32_t geometry);
-  void DeriveInstance(uint32_t geometry);
   bool FacetIndices(uint32_t geometry, uint32_t item, uint32_t* index, std::size_t& corners) const;
 
   std::vector<Geometry> geometries_;

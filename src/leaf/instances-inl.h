@@ -21,16 +21,35 @@ namespace HWY_NAMESPACE {
 template <Query kQuery>
 void TraceRays(const TraceTask& task, size_t count, ListMemory memory);
 
+/// What rays find in an instance, that are `numbers` of the task outside.
+inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry,
+                                const RayNumber* numbers) {
+  const SceneParts& scene = *outer.scene.geometries.shapes().InstancedScene(geometry);
+  const InstanceMemory& memory = outer.instance_memory;
+  return {scene,
+          scene.partition(),
+          memory.rays,
+          memory.hits,
+          outer.checks_masks,
+          /*keeps_leaf_hits=*/true,
+          outer.frame,
+          outer.split_memory,
+          {nullptr, nullptr, nullptr, 0},
+          outer.statistics,
+          outer.finish_hit,
+          outer.scene.geometries[geometry].geometry_id,
+          memory.callers,
+          &outer,
+          numbers,
+          outer.any_hit_order};
+}
+
 /// Rays in the space of an instance.
 template <Query kQuery>
 class InstanceRays {
  public:
   InstanceRays(const TraceTask& task, uint32_t geometry, ListMemory memory)
-      : task_(task),
-        geometry_(geometry),
-        scene_(*task.scene.geometries.shapes().InstancedScene(geometry)),
-        memory_(memory),
-        inner_(task.instance_memory) {
+      : task_(task), geometry_(geometry), memory_(memory), inner_(task.instance_memory) {
     const Shapes& shapes = task.scene.geometries.shapes();
     is_moving_ = shapes.IsMoving(geometry);
     transform_.Set(shapes.ToStillInstance(geometry));
@@ -53,22 +72,7 @@ class InstanceRays {
 
   void Trace() {
     if (count_ == 0) return;
-    const TraceTask task{scene_,
-                         scene_.partition(),
-                         inner_.rays,
-                         inner_.hits,
-                         task_.checks_masks,
-                         /*keeps_leaf_hits=*/true,
-                         task_.frame,
-                         task_.split_memory,
-                         {nullptr, nullptr, nullptr, 0},
-                         task_.statistics,
-                         task_.finish_hit,
-                         task_.scene.geometries[geometry_].geometry_id,
-                         inner_.callers,
-                         &task_,
-                         outer_,
-                         task_.any_hit_order};
+    const TraceTask task = TaskInInstance(task_, geometry_, outer_);
     TraceRays<kQuery>(task, count_, memory_);
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {
@@ -108,7 +112,6 @@ class InstanceRays {
 
   const TraceTask& task_;
   const uint32_t geometry_;
-  const SceneParts& scene_;
   const ListMemory memory_;
   const InstanceMemory& inner_;
   InstanceTransform transform_;

@@ -93,6 +93,32 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_[0].geometry_bits = 0;
 }
 
+KeptPartition::KeptPartition(const KeptPartition& other)
+    : geometries_(other.geometries_),
+      account_(other.account_),
+      bounds_(other.bounds_),
+      centers_(other.centers_),
+      memory_(other.memory_.bytes(), account_),
+      triangles_(Same(other, other.triangles_.data()), other.triangles_.size()),
+      left_out_(Same(other, other.left_out_.data()), other.left_out_.size()),
+      subsets_(Same(other, other.subsets_.data()), other.subsets_.size()),
+      nodes_(Same(other, other.nodes_)),
+      taken_(other.taken_.load()),
+      room_units_(other.room_units_),
+      leaf_units_(other.leaf_units_),
+      leaf_room_(other.leaf_room_.load()),
+      leaf_lanes_(other.leaf_lanes_),
+      is_short_lived_(other.is_short_lived_),
+      subset_count_(other.subset_count_.load()),
+      lost_bytes_(other.lost_bytes_.load()) {
+  const std::byte* const begin = other.memory_.data();
+  const std::byte* const end = begin + other.memory_.bytes();
+  const auto* const nodes_end = reinterpret_cast<const std::byte*>(other.nodes_ + NodesUsed());
+  const std::byte* const leaves = end - kReadBehind - (taken_ & UINT32_MAX) * kLeafUnit;
+  std::copy(begin, nodes_end, memory_.data());
+  std::copy(leaves, end, memory_.data() + (leaves - begin));
+}
+
 /// What nodes leave for leaves.
 std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
   const std::size_t units = nodes * kUnitsANode;

@@ -98,6 +98,11 @@ class KeptPartition {
   KeptPartition(const GeometryTable& geometries, std::size_t budget, ListFunction list,
                 TaskPool& tasks, const MemoryAccount* account = nullptr);
 
+  /// The same once more, with what has been split so far. Nobody may trace the other one meanwhile.
+  /// Throws std::bad_alloc.
+  KeptPartition(const KeptPartition& other);
+  KeptPartition& operator=(const KeptPartition&) = delete;
+
   /// Least budget with which anything is kept.
   static std::size_t LeastBytes(std::size_t triangles);
 
@@ -188,6 +193,12 @@ class KeptPartition {
 
  private:
   void List(ListFunction list, TaskPool& tasks);
+  /// What stands in a place of this one's memory as something does in another one's.
+  template <class T>
+  T* Same(const KeptPartition& other, T* place) const {
+    const auto offset = reinterpret_cast<const std::byte*>(place) - other.memory_.data();
+    return reinterpret_cast<T*>(memory_.data() + offset);
+  }
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
   std::size_t NodesUsed() const { return taken_ >> 32; }
 

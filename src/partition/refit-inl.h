@@ -123,12 +123,23 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
     if (BoundIfUsable(now, name, box)) return false;
     ++left_out[name.geometry];
   }
+  std::vector<uint32_t> geometries;
+  size_t items = 0;
+  for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
+    if (!changed[geometry]) continue;
+    geometries.push_back(geometry);
+    items += now[geometry].triangle_count;
+  }
   std::atomic<bool> is_same{true};
-  tasks.ForEach(changed.size(), [&](size_t geometry) {
-    if (changed[geometry] && is_same &&
-        !SameCanBeHit(now, static_cast<uint32_t>(geometry), left_out[geometry]))
-      is_same = false;
-  });
+  const auto look_at = [&](size_t i) {
+    if (is_same && !SameCanBeHit(now, geometries[i], left_out[geometries[i]])) is_same = false;
+  };
+  constexpr size_t kFewItems = 16384;  // some ten microseconds: less than to wake threads
+  if (items > kFewItems) {
+    tasks.ForEach(geometries.size(), look_at);
+  } else {
+    for (size_t i = 0; i < geometries.size(); ++i) look_at(i);
+  }
   return is_same;
 }
 

@@ -26,13 +26,16 @@ bool HaveSameItems(const GeometryTable& before, const GeometryTable& now) {
   return true;
 }
 
+bool IsChanged(const Geometry& before, const Geometry& now) {
+  return now.revision == 0 || before.revision != now.revision ||
+         before.vertex_count != now.vertex_count || !AreSame(before.vertices, now.vertices) ||
+         !AreSame(before.normals, now.normals);
+}
+
 std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now) {
-  const Shapes &a = before.shapes(), &b = now.shapes();
-  std::vector<bool> changed(b.size());
-  for (uint32_t i = 0; i < b.size(); ++i) {
-    changed[i] = b[i].revision == 0 || a[i].revision != b[i].revision ||
-                 a[i].vertex_count != b[i].vertex_count || !AreSame(a[i].vertices, b[i].vertices) ||
-                 !AreSame(a[i].normals, b[i].normals);
+  std::vector<bool> changed(now.shapes().size());
+  for (uint32_t i = 0; i < changed.size(); ++i) {
+    changed[i] = IsChanged(before.shapes()[i], now.shapes()[i]);
   }
   return changed;
 }

@@ -36,6 +36,9 @@ struct RefitPlan {
 /// nothing but coordinates may differ.
 bool HaveSameItems(const GeometryTable& before, const GeometryTable& now);
 
+/// Whether a geometry may differ from what it was before.
+bool IsChanged(const Geometry& before, const Geometry& now);
+
 /// Which geometries of `now` may differ from what they were before, where they have the same items.
 std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now);
 

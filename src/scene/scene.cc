@@ -7,6 +7,7 @@
 #include <mutex>
 #include <new>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -161,9 +162,54 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     if (!refit_plan_) return;
     parts.kept = std::move(previous.parts.kept);
     previous.parts.triangle_count = 0;
-    Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
+    CarryOutPlan();
+  }
+
+  void TakeCopy(const Implementation& previous) {
+    if (!refit_plan_) return;
+    parts.kept = std::make_unique<KeptPartition>(*previous.parts.kept);
+    CarryOutPlan();
+  }
+
+  bool Update(std::vector<Geometry> changed, bool always_refit) {
+    struct Change {
+      uint32_t geometry;
+      Shapes::Successor successor;
+    };
+    GeometryTable& geometries = parts.geometries;
+    if (!parts.kept) return false;
+    std::vector<Change> changes;
+    changes.reserve(changed.size());
+    RefitPlan plan{std::vector<bool>(geometries.size()), always_refit};
+    for (Geometry& description : changed) {
+      const auto geometry = geometries.Find(description.geometry_id);
+      if (!geometry) return false;
+      const SceneParts* const scene = PartsFor(description, device.get());
+      changes.push_back({*geometry, Shapes::Successor(std::move(description), scene)});
+      const Shapes::Successor& successor = changes.back().successor;
+      if (!geometries.shapes().CanExchange(*geometry, successor)) return false;
+      if (IsChanged(geometries.shapes()[*geometry], successor.geometry())) {
+        plan.changed[*geometry] = true;
+      }
+    }
+    for (Change& change : changes) geometries.Exchange(change.geometry, change.successor);
+    const auto go_back = [&] {
+      for (Change& change : std::views::reverse(changes)) {
+        geometries.Exchange(change.geometry, change.successor);
+      }
+    };
+    try {
+      if (!Engine().kernels.partition.can_refit(*parts.kept, geometries, plan, Engine().tasks)) {
+        go_back();
+        return false;
+      }
+    } catch (...) {
+      go_back();
+      throw;
+    }
+    Engine().kernels.partition.refit(*parts.kept, geometries, plan, Engine().tasks);
     parts.bounds = parts.kept->bounds();
-    refit_plan_.reset();
+    return true;
   }
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const {
@@ -265,6 +311,12 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       return false;
     refit_plan_ = std::move(plan);
     return true;
+  }
+
+  void CarryOutPlan() noexcept {
+    Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
+    parts.bounds = parts.kept->bounds();
+    refit_plan_.reset();
   }
 
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device) {
@@ -422,6 +474,14 @@ bool Scene::takes_over() const { return implementation_->takes_over(); }
 
 void Scene::TakeOver(Scene& previous) noexcept {
   implementation_->TakeOver(*previous.implementation_);
+}
+
+void Scene::TakeCopy(const Scene& previous) {
+  implementation_->TakeCopy(*previous.implementation_);
+}
+
+bool Scene::Update(std::vector<Geometry> changed, bool always_refit) {
+  return implementation_->Update(std::move(changed), always_refit);
 }
 
 Scene::~Scene() = default;

@@ -18,6 +18,7 @@
 
 #include "trace/broadcast_triangles-inl.h"
 #include "trace/enter_group-inl.h"
+#include "trace/group_instances-inl.h"
 #include "trace/group_packets-inl.h"
 #include "trace/trace_one-inl.h"
 
@@ -217,6 +218,8 @@ class GroupTracer {
         TestInLanes<true>(leaf, *block, active, enter);
       } else if (is_still && block->kind == LeafKind::kUser && CanCall()) {
         TestUserPrimitives(*block, active);
+      } else if (is_still && block->kind == LeafKind::kInstances) {
+        TestInstances(*block, active, memory);
       } else {
         TestRecords(active, [&](const RayNumber* list, size_t count) {
           TestBlock<kQuery>(task_, leaf, *block, list, count, memory);
@@ -242,6 +245,42 @@ class GroupTracer {
   GroupPackets& Packets() {
     if (!packets_) packets_.emplace(task_, lanes_, all_);
     return *packets_;
+  }
+
+  /// Instances in a block, none of which moves.
+  void TestInstances(const LeafBlock& block, uint32_t active, ListMemory memory) {
+    if (task_.instance_memory.count == 0) return;  // There is one level of instances.
+    for (size_t item = 0; item < block.lanes; ++item) {
+      const uint32_t entering = EnterItem(block, item, active);
+      if (entering == 0) continue;
+      const uint32_t geometry = NameOfLane(task_, block, item).geometry;
+      if (hwy::PopCount(entering) > policy::kFewRays &&
+          GroupInInstance<kQuery>::CanBe(task_, geometry)) {
+        TraceInInstance(geometry, entering, memory);
+      } else {
+        InstanceRays<kQuery> rays(task_, geometry, memory);
+        ForEachLane(entering, [&](size_t lane) {
+          RecordOf(lane);
+          rays.Add(numbers_[lane]);
+        });
+        rays.Trace();
+        LoadHits(entering);
+      }
+    }
+  }
+
+  void TraceInInstance(uint32_t geometry, uint32_t entering, ListMemory memory) {
+    GroupLanes inner = lanes_;
+    TransformLanes(task_.scene.geometries.shapes().ToStillInstance(geometry), lanes_, inner);
+    ForEachLane(entering, [&](size_t lane) {
+      // The name of a hit of this scene is asked of its record.
+      if (lanes_.state[lane] & RayRecord::kInLeaf) RecordOf(lane);
+      if (!(with_record_ >> lane & 1)) return;
+      const RayRecord& ray = task_.rays[numbers_[lane]];
+      inner.time[lane] = ray.time;
+      inner.mask[lane] = ray.mask;
+    });
+    GroupInInstance<kQuery>(task_, geometry, numbers_).Trace(lanes_, inner, entering, memory);
   }
 
   /// The ray of a lane, in all lanes.

@@ -51,6 +51,7 @@ std::vector<Mesh> MakeSheets(uint32_t count, uint32_t side) {
 Geometry GeometryOf(const Mesh& mesh) {
   Geometry geometry;
   geometry.geometry_id = mesh.geometry_id;
+  geometry.mask = mesh.mask;
   geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
   geometry.vertex_count = mesh.vertices.size();
   geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
@@ -77,6 +78,20 @@ class Film {
     EXPECT_FALSE(next->takes_over());
     scene_ = std::move(next);
     return takes_over;
+  }
+
+  /// The next frame, in which one mesh has moved or has another mask, without another scene. False
+  /// if that would not do.
+  bool Update(std::size_t mesh) { return scene_->Update({Describe(mesh)}); }
+
+  /// Goes on with a copy of the partition; returns the scene that has had it until now.
+  std::unique_ptr<Scene> Copy() {
+    auto next = std::make_unique<Scene>(device_, Geometries(), SceneOptions{}, *scene_);
+    EXPECT_TRUE(next->takes_over());
+    next->TakeCopy(*scene_);
+    EXPECT_FALSE(next->takes_over());
+    scene_.swap(next);
+    return next;
   }
 
   /// Compares the hits of rays with those of a scene that is made anew.
@@ -114,12 +129,15 @@ class Film {
   std::vector<uint64_t> revisions;
 
  private:
+  Geometry Describe(std::size_t mesh) const {
+    Geometry geometry = GeometryOf(meshes[mesh]);
+    geometry.revision = revisions[mesh];
+    return geometry;
+  }
+
   std::vector<Geometry> Geometries() const {
     std::vector<Geometry> geometries;
-    for (std::size_t i = 0; i < meshes.size(); ++i) {
-      geometries.push_back(GeometryOf(meshes[i]));
-      geometries.back().revision = revisions[i];
-    }
+    for (std::size_t i = 0; i < meshes.size(); ++i) geometries.push_back(Describe(i));
     return geometries;
   }
 
@@ -232,6 +250,92 @@ TEST(RefitTest, OneMeshOfMany) {
     ASSERT_TRUE(film.Advance());
     film.Check(2000);
   }
+}
+
+TEST(RefitTest, OneMeshOfManyIsUpdatedInItsPlace) {
+  Film film(MakeSheets(80, 8));
+  EXPECT_FALSE(film.Update(0)) << "nothing is split that could be kept";
+  film.Check(5000);
+  for (std::size_t frame = 0; frame < 8; ++frame) {
+    const std::size_t i = 37 * frame % film.meshes.size();
+    std::vector<Float3> moved = film.meshes[i].vertices;
+    for (Float3& v : moved) v[2] -= 0.02f;
+    if (frame % 2 == 0) {
+      film.meshes[i].vertices = moved;
+      ++film.revisions[i];
+    } else {
+      film.meshes[i].vertices.swap(moved);  // another place says that it has changed
+    }
+    if (frame == 4) film.meshes[i].mask = 0;
+    if (frame == 6) film.meshes[37 * 4 % film.meshes.size()].mask = UINT32_MAX;
+    ASSERT_TRUE(film.Update(i));
+    if (frame == 6) {
+      ASSERT_TRUE(film.Update(37 * 4 % film.meshes.size()));
+    }
+    film.Check(2000);
+  }
+}
+
+// Each asks for another scene; this one is then still what it was.
+TEST(RefitTest, AnUpdateThatWouldNotDoChangesNothing) {
+  Film film(MakeSheets(3, 40));
+  film.Check(5000);
+  const std::vector<Mesh> sheets = film.meshes;
+  const auto refuses = [&](const char* what, const Mesh& mesh) {
+    SCOPED_TRACE(what);
+    std::vector<Mesh> others = sheets;
+    for (Float3& v : others[2].vertices) v[2] += 0.1f;
+    EXPECT_FALSE(film.scene().Update({GeometryOf(others[2]), GeometryOf(mesh)}));
+    film.Check(3000);
+  };
+  Mesh other = sheets[1];
+  other.triangles.pop_back();
+  refuses("another number of triangles", other);
+  other = sheets[1];
+  refuses("indices in another place", other);
+  other.geometry_id = 77;
+  refuses("an ID that there is not", other);
+
+  Geometry description = GeometryOf(film.meshes[1]);
+  std::vector<Float3> spoilt = film.meshes[1].vertices;
+  for (Float3& v : spoilt) v[0] += 3;
+  spoilt[5][0] = kNaN;
+  const float upper = film.scene().linear_bounds().begin.upper[0];
+  description.vertices = {{spoilt.data(), sizeof(Float3)}};
+  EXPECT_FALSE(film.scene().Update({description})) << "other triangles can be hit";
+  EXPECT_EQ(film.scene().linear_bounds().begin.upper[0], upper) << "reads the arrays";
+  film.Check(3000);
+  description.vertices[0].stride = 13;
+  EXPECT_THROW(film.scene().Update({description}), Error);
+  film.Check(3000);
+  description = GeometryOf(film.meshes[1]);
+  description.closest_filter.function = [](void*, const CallbackArguments&) {};
+  EXPECT_FALSE(film.scene().Update({description})) << "a filter function";
+  film.Check(3000);
+}
+
+// For scenes that others show: both are right.
+TEST(RefitTest, ACopyLeavesTheSceneAsItWas) {
+  Film film(MakeSheets(3, 60));
+  film.Check(700);  // not all is split, and not all leaves are made
+  Random random(9);
+  std::vector<Ray> rays = unit::MakeRays(random, 20000, 1), expected = rays;
+  const std::vector<Mesh> before = film.meshes;
+  std::vector<Geometry> still;
+  for (const Mesh& mesh : before) still.push_back(GeometryOf(mesh));
+  const Scene fresh(std::make_shared<Device>(), still, SceneOptions{});
+  fresh.Trace(Query::kClosest, unit::ViewOf(expected));
+
+  std::vector<std::vector<Float3>> moved;
+  for (Mesh& mesh : film.meshes) {
+    moved.push_back(mesh.vertices);
+    for (Float3& v : moved.back()) v[2] += 0.05f * v[0];
+    mesh.vertices.swap(moved.back());  // the scene until now goes on with the old ones
+  }
+  const std::unique_ptr<Scene> previous = film.Copy();
+  film.Check(20000);
+  previous->Trace(Query::kClosest, unit::ViewOf(rays));
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(unit::SameBits(rays[i], expected[i]));
 }
 
 // Arrays in another place have changed, whatever the revision says; so has everything without one.

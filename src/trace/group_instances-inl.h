@@ -1,0 +1,118 @@
+// A group of rays in an instance: transformed in its lanes, and traced there as a group.
+
+#if defined(DACRT_TRACE_GROUP_INSTANCES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_INSTANCES_INL_H_
+#undef DACRT_TRACE_GROUP_INSTANCES_INL_H_
+#else
+#define DACRT_TRACE_GROUP_INSTANCES_INL_H_
+#endif
+
+#include "leaf/instances-inl.h"
+#include "trace/group_hits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+template <Query kQuery>
+class GroupTracer;
+
+/// Rays as they are in the space of an instance, with the bits that InstanceTransform gives them.
+HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLanes& outer,
+                               GroupLanes& inner) {
+  for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const auto map = [&](const float(*vector)[kGroupRays], V value) HWY_ATTR {
+        for (size_t i = 3; i-- > 0;) {
+          value = hn::MulAdd(hn::Load(kFloat, vector[i] + first),
+                             hn::Set(kFloat, transform.column[i][axis]), value);
+        }
+        return value;
+      };
+      const V dir = map(outer.dir, hn::Zero(kFloat));
+      hn::Store(map(outer.org, hn::Set(kFloat, transform.column[3][axis])), kFloat,
+                inner.org[axis] + first);
+      hn::Store(dir, kFloat, inner.dir[axis] + first);
+      hn::Store(SafeReciprocal(dir), kFloat, inner.reciprocal[axis] + first);
+    }
+  }
+}
+
+/// The rays of some lanes in an instance that does not move. Lanes of hits of the outer scene have
+/// records, whose numbers are `numbers`.
+template <Query kQuery>
+class GroupInInstance {
+ public:
+  GroupInInstance(const TraceTask& task, uint32_t geometry, const RayNumber* numbers)
+      : outer_(task), numbers_(numbers), task_(TaskInInstance(task, geometry, numbers)) {}
+
+  /// Whether a group can go into a scene.
+  static bool CanBe(const TraceTask& task, uint32_t geometry) {
+    const SceneParts& scene = *task.scene.geometries.shapes().InstancedScene(geometry);
+    return HWY_NATIVE_FMA && scene.kept && !scene.has_callbacks &&
+           task.instance_memory.count >= kGroupRays;
+  }
+
+  void Trace(GroupLanes& outer, GroupLanes& inner, uint32_t active, ListMemory memory) {
+    ForEachLane(active, [&](size_t lane) {
+      outer_.instance_memory.callers[lane] = outer_.CallerOf(numbers_[lane]);
+      uint32_t& state = inner.state[lane];
+      if (state & RayRecord::kInLeaf) {
+        state |= RayRecord::kOfOuter;
+      } else if (kQuery == Query::kClosest && state & RayRecord::kHasHit) {
+        task_.hits[lane] = outer_.hits[numbers_[lane]];
+      }
+    });
+    GroupTracer<kQuery>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
+    for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
+      const V tfar =
+          hn::Min(hn::Load(kFloat, outer.tfar + first), hn::Load(kFloat, inner.tfar + first));
+      hn::BlendedStore(tfar, MaskOf(active >> first), kFloat, outer.tfar + first);
+    }
+    if constexpr (kQuery == Query::kClosest) TakeHits(outer, inner, active);
+  }
+
+ private:
+  void TakeHits(GroupLanes& outer, const GroupLanes& inner, uint32_t active) {
+    uint32_t in_lanes = 0;
+    ForEachLane(active, [&](size_t lane) {
+      const uint32_t state = inner.state[lane];
+      if (!(state & RayRecord::kHasHit)) return;
+      if (!(state & RayRecord::kInLeaf)) {
+        Take(outer, inner, lane, inner.hit[lane], task_.hits[lane]);
+      } else if (state & RayRecord::kOfOuter) {
+        return;
+      } else if (state & RayRecord::kInLanes) {
+        in_lanes |= 1u << lane;
+      } else {
+        uint32_t geometry;
+        const FullHit hit = task_.finish_hit(task_, static_cast<RayNumber>(lane), geometry);
+        Take(outer, inner, lane, geometry, hit);
+      }
+    });
+    if (in_lanes == 0) return;
+    const GroupHits found(task_, inner, in_lanes);
+    ForEachLane(in_lanes, [&](size_t lane) {
+      const LeafBlock& block = FacetsOf(task_, ChildWord(inner.hit[lane]));
+      const size_t block_lane = inner.state[lane] >> RayRecord::kLaneShift;
+      Take(outer, inner, lane, NameOfLane(task_, block, block_lane).geometry, found.Get(lane));
+    });
+  }
+
+  void Take(GroupLanes& outer, const GroupLanes& inner, size_t lane, uint32_t geometry,
+            const FullHit& hit) const {
+    outer.state[lane] = RayRecord::kHasHit | (inner.state[lane] & RayRecord::kAtLimit);
+    outer.hit[lane] = geometry;
+    outer_.hits[numbers_[lane]] = hit;
+  }
+
+  const TraceTask& outer_;
+  const RayNumber* const numbers_;
+  const TraceTask task_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_INSTANCES_INL_H_

@@ -1,0 +1,117 @@
+// Rays that run close together through instances: as groups they find what each finds alone, to the
+// last bit.
+#include <array>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kept_trace.h"
+
+namespace dacrt {
+namespace {
+
+using unit::Float3;
+using unit::FullRay;
+using unit::Mesh;
+
+class GroupInstancesTest : public unit::OnEachInstructionSet {};
+INSTANTIATE_ON_EACH_INSTRUCTION_SET(GroupInstancesTest);
+
+/// A hilly sheet in [-1, 1]^2.
+Mesh Sheet(uint32_t side, uint32_t id, float height) {
+  Mesh mesh;
+  mesh.geometry_id = id;
+  const auto at = [&](uint32_t x, uint32_t y) -> Float3 {
+    const float u = 2.0f * static_cast<float>(x) / static_cast<float>(side) - 1;
+    const float v = 2.0f * static_cast<float>(y) / static_cast<float>(side) - 1;
+    return {u, v, height * std::sin(9 * u) * std::cos(7 * v)};
+  };
+  for (uint32_t y = 0; y < side; ++y) {
+    for (uint32_t x = 0; x < side; ++x) {
+      mesh.Add(at(x, y), at(x + 1, y), at(x, y + 1));
+      mesh.Add(at(x + 1, y + 1), at(x, y + 1), at(x + 1, y));
+    }
+  }
+  return mesh;
+}
+
+Geometry GeometryOf(const Mesh& mesh) {
+  Geometry geometry;
+  geometry.geometry_id = mesh.geometry_id;
+  geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
+  geometry.vertex_count = mesh.vertices.size();
+  geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
+  geometry.primitive_count = mesh.triangles.size();
+  return geometry;
+}
+
+Geometry Instance(const std::shared_ptr<const Scene>& scene, uint32_t id, float turn, float z) {
+  Geometry geometry;
+  geometry.shape = Shape::kInstance;
+  geometry.geometry_id = id;
+  geometry.primitive_count = 1;
+  geometry.instanced_scene = scene;
+  geometry.transforms.resize(1);
+  auto& column = geometry.transforms[0].matrix.column;
+  column[0][0] = column[1][1] = std::cos(turn);
+  column[0][1] = std::sin(turn);
+  column[1][0] = -std::sin(turn);
+  column[3][2] = z;
+  return geometry;
+}
+
+/// As from a camera above, in rows of a picture.
+std::vector<FullRay> Picture(uint32_t side, float width) {
+  std::vector<FullRay> rays;
+  for (uint32_t y = 0; y < side; ++y) {
+    for (uint32_t x = 0; x < side; ++x) {
+      const auto place = [&](uint32_t i) {
+        return width * (2 * (static_cast<float>(i) + 0.37f) / static_cast<float>(side) - 1);
+      };
+      rays.push_back(unit::FullRayOf(unit::MakeRay({0.1f, 0.05f, 4}, {place(x), place(y), -1})));
+    }
+  }
+  return rays;
+}
+
+// Instances in one another, two of them in the same place under other numbers, a still mesh among
+// them, and one that is hit first and lies behind what the others hide.
+TEST_P(GroupInstancesTest, AsEachRayAlone) {
+  const Mesh fine = Sheet(24, 5, 0.2f), coarse = Sheet(6, 2, 0.1f), floor = Sheet(10, 7, 0.3f);
+  for (const bool robust : {false, true}) {
+    const auto device = std::make_shared<Device>(WithInstructionSet({}));
+    const SceneOptions options{.robust = robust};
+    const auto first = std::make_shared<Scene>(device, GeometryOf(fine), options);
+    const auto second = std::make_shared<Scene>(device, GeometryOf(coarse), options);
+    const std::vector<Geometry> geometries = {
+        Instance(first, 9, 0.3f, 0.1f), Instance(second, 4, 0.3f, 0),
+        Instance(first, 3, 0.3f, 0.1f), Instance(second, 8, 1, -0.2f),
+        Instance(first, 1, 0, -0.1f),   GeometryOf(floor)};
+    const Scene scene(device, geometries, options);
+    // Shallow ones, and ones that pass by; calls that go the short way too.
+    for (const float width : {0.05f, 0.3f, 1.0f}) {
+      SCOPED_TRACE("robust " + std::to_string(robust) + ", width " + std::to_string(width));
+      const std::vector<FullRay> rays = Picture(48, width);
+      for (const Query query : {Query::kClosest, Query::kAny}) {
+        const auto alone = unit::TracePackets(scene, rays, query, 1, nullptr);
+        const auto whole = unit::TraceForm(scene, rays, query);
+        unit::ExpectSame(whole, alone, "one call");
+        unit::ExpectSame(unit::TraceInCalls(scene, rays, query, 64), alone, "calls of 64");
+        unit::ExpectSame(unit::TracePackets(scene, rays, query, 16, nullptr), alone, "packets");
+        if (query == Query::kAny) continue;
+        std::array<std::size_t, 10> hits{};
+        for (const FullRay& ray : alone) {
+          const auto instance = ray.Get<uint32_t>(PacketComponent::kInstanceId);
+          if (instance < hits.size()) ++hits[instance];
+        }
+        EXPECT_GT(hits[3], 0u) << "the smaller number of two in one place";
+        EXPECT_GT(hits[4], 0u);
+        EXPECT_EQ(hits[9], 0u);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dacrt
