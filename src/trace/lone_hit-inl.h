@@ -1,4 +1,4 @@
-// The closest hit of a call of one ray, on its way.
+// The closest hit of a call of one ray, on its way, and what may become it.
 
 #if defined(DACRT_TRACE_LONE_HIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_LONE_HIT_INL_H_
@@ -14,6 +14,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
+
+/// Of some lanes, of which there is one, that with the least distance.
+HWY_INLINE size_t NearestLane(uint64_t lanes, const float* distances) {
+  size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+  ForEachLane(lanes, [&](size_t lane) {
+    if (distances[lane] < distances[nearest]) nearest = lane;
+  });
+  return nearest;
+}
 
 /// Either among the triangles of a leaf, with what the triangle test has found, because a nearer
 /// one may follow; or as it is.
@@ -82,6 +91,42 @@ class LoneHit {
   HWY_ALIGN float ng_[3][kPartLanes];
   FullHit hit_;
   uint32_t geometry_;
+};
+
+/// Triangles of a part of a block that a ray meets, of which others say whether they are its hits.
+class LoneCandidates {
+ public:
+  LoneCandidates() {}  // nothing is cleared but what says that there are none
+
+  HWY_INLINE void Keep(const SceneParts& scene, uint32_t instance_id, const LeafBlock& block,
+                       size_t part, const FacetCrossing& crossing,
+                       const TestTrianglesOf<EightPart>& triangles) {
+    hits_.Keep(scene, instance_id, block, part, 0, crossing, triangles);
+    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys_);
+    lanes_ = crossing.lanes;
+    within_limit_ = crossing.within_limit;
+  }
+
+  bool is_empty() const { return lanes_ == 0; }
+  void Clear() { lanes_ = 0; }
+
+  /// The lane of the nearest, which is none of them any more.
+  HWY_INLINE size_t TakeNearest() {
+    const size_t nearest = NearestLane(lanes_, keys_);
+    lanes_ &= ~(uint64_t{1} << nearest);
+    return nearest;
+  }
+
+  float key(size_t lane) const { return keys_[lane]; }
+  bool within_limit(size_t lane) const { return (within_limit_ >> lane & 1) != 0; }
+  uint32_t geometry(size_t lane) const { return hits_.NameOf(lane).geometry; }
+  HWY_INLINE FullHit Hit(size_t lane) const { return hits_.OfLane(lane); }
+
+ private:
+  LoneHit hits_;
+  HWY_ALIGN float keys_[kPartLanes];
+  uint64_t lanes_ = 0;
+  uint64_t within_limit_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -33,6 +33,7 @@ struct LoneCall {
   const bool checks_masks;
   bool in_instance = false;
   LoneHit hit;  ///< of a closest-hit query
+  LoneCandidates candidates;
 };
 
 template <Query kQuery, bool kRobust>
@@ -62,45 +63,62 @@ class LoneTracer {
         scene_(scene),
         partition_(scene.partition()),
         instance_id_(instance_id),
-        ray_(ray),
-        asks_(call.checks_masks || scene.geometries.shapes().has_filters()) {}
+        ray_(ray) {}
 
   HWY_INLINE void Trace() {
     // Packets that callbacks see may be of more than one lane.
     const bool calls_back_alone = !scene_.has_callbacks || call_.options.callback_width == 1;
     if (HWY_UNLIKELY(!scene_.kept || !calls_back_alone)) return TraceAsTask();
+    if (call_.checks_masks || scene_.geometries.shapes().has_filters()) return TraceAsking();
+    Trace<Asks::kNobody>();
+  }
+  HWY_NOINLINE void TraceApart() { Trace(); }
+
+ private:
+  /// Where a ray meets triangles, who decides whether it has hit one: masks, filter functions and
+  /// names are asked where there are such.
+  enum class Asks {
+    kNobody,  ///< its distance, and where that is not enough, others
+    kOthers,  ///< others, to whom the walk leaves it
+    kAtOnce,  ///< it is asked here
+  };
+
+  template <Asks kAsks>
+  struct Host {
+    HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
+      return node.BareLeaves(entered) == 0;
+    }
+    HWY_INLINE WalkStep Solve(ChildWord child) const { return tracer.template Test<kAsks>(child); }
+
+    LoneTracer& tracer;
+  };
+
+  HWY_NOINLINE void TraceAsking() { Trace<Asks::kOthers>(); }
+
+  template <Asks kAsks>
+  HWY_INLINE void Trace() {
     OpenChildren open;
     std::optional<ChildWord> child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
     // where there is something to ask, and begins anew behind it.
     do {
       ChildWord from = *child;
-      if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, from, open, Host{*this}))) return;
+      if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, from, open, Host<kAsks>{*this}))) return;
       child = Ask(from, open);
     } while (child);
   }
-  HWY_NOINLINE void TraceApart() { Trace(); }
 
- private:
-  struct Host {
-    HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
-      return node.BareLeaves(entered) == 0;
-    }
-    HWY_INLINE WalkStep Solve(ChildWord child) const { return tracer.Test(child); }
-
-    LoneTracer& tracer;
-  };
-
+  template <Asks kAsks>
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
     if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
-    return TestFacets<false>(*block);
+    return TestFacets<kAsks>(*block);
   }
 
   /// Solves what the walk has left, be it that there is something to ask or another kind of leaf.
   /// Returns the next open child, if any.
   HWY_NOINLINE std::optional<ChildWord> Ask(ChildWord child, OpenChildren& open) {
-    const WalkStep step = TestRow(child);
+    const WalkStep step = AskLeaf(child);
     if (step == WalkStep::kStop) return std::nullopt;
     if (step == WalkStep::kLeave) {
       ResumeAsTask(child, open);
@@ -109,9 +127,7 @@ class LoneTracer {
     return open.Next<kQuery>(ray_.tfar);
   }
 
-  /// With kAsks, where masks, filter functions and names decide they are asked; else the walk is
-  /// left.
-  template <bool kAsks>
+  template <Asks kAsks>
   HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
     switch (LayoutOf(block)) {
       case CornerLayout::kFew:
@@ -127,7 +143,7 @@ class LoneTracer {
     }
   }
 
-  template <bool kAsks, CornerLayout kLayout>
+  template <Asks kAsks, CornerLayout kLayout>
   HWY_INLINE WalkStep TestFacets(const LeafBlock& block) {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) break;
@@ -138,14 +154,16 @@ class LoneTracer {
     return WalkStep::kNext;
   }
 
-  template <bool kAsks, class Corners>
+  template <Asks kAsks, class Corners>
   HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part, const Corners& corners) {
     const auto triangles = corners.Triangles();
     const FacetCrossing crossing =
         CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
-    if constexpr (kAsks) return TakeAsking(block, part, crossing, triangles);
-    if (HWY_UNLIKELY(asks_)) return WalkStep::kLeave;
+    if constexpr (kAsks != Asks::kNobody) {
+      call_.candidates.Keep(scene_, instance_id_, block, part, crossing, triangles);
+      return kAsks == Asks::kAtOnce ? TakeAsking() : WalkStep::kLeave;
+    }
     if constexpr (kQuery == Query::kAny) {
       return (crossing.lanes & crossing.within_limit) != 0 ? Block() : WalkStep::kNext;
     }
@@ -184,38 +202,33 @@ class LoneTracer {
     return !call_.checks_masks || (ray_.mask & scene_.geometries[geometry].mask) != 0;
   }
 
-  /// Offers the ray the triangles that it meets, where names, masks or filter functions decide.
-  HWY_INLINE WalkStep TakeAsking(const LeafBlock& block, size_t part, const FacetCrossing& crossing,
-                                 const TestTrianglesOf<EightPart>& triangles) {
-    LoneHit candidates;
-    candidates.Keep(scene_, instance_id_, block, part, 0, crossing, triangles);
-    HWY_ALIGN float keys[kPartLanes];
-    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+  /// Offers the ray the candidates, where names, masks or filter functions decide.
+  HWY_INLINE WalkStep TakeAsking() {
+    LoneCandidates& candidates = call_.candidates;
     // Near ones first, because a filter function may end the ray, and counts what it sees.
-    for (uint64_t lanes = crossing.lanes; lanes != 0;) {
-      const size_t lane = Nearest(lanes, keys);
-      lanes &= ~(uint64_t{1} << lane);
-      const bool within_limit = (crossing.within_limit >> lane) & 1;
-      const uint32_t geometry = candidates.NameOf(lane).geometry;
+    while (!candidates.is_empty()) {
+      const size_t lane = candidates.TakeNearest();
+      const uint32_t geometry = candidates.geometry(lane);
       if (!Accepts(geometry)) continue;
       const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
       if constexpr (kQuery == Query::kAny) {
-        if (!within_limit) continue;
+        if (!candidates.within_limit(lane)) continue;
         if (filter) {
-          FullHit hit = candidates.OfLane(lane);
+          FullHit hit = candidates.Hit(lane);
           if (!PassesFilter(filter, hit)) continue;
         }
+        candidates.Clear();
         return Block();
       }
-      const Closeness closeness = Compare(ray_, keys[lane], within_limit);
+      float key = candidates.key(lane);
+      const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
       if (closeness == Closeness::kFarther) continue;
-      FullHit hit = candidates.OfLane(lane);
+      FullHit hit = candidates.Hit(lane);
       if (closeness == Closeness::kEqual &&
           !ComesFirst({hit, geometry}, {call_.hit.Get(), call_.hit.geometry()},
                       call_.packet.instance_value)) {
         continue;
       }
-      float key = keys[lane];
       if (filter) {
         const float t = hit.t;
         if (!PassesFilter(filter, hit)) continue;
@@ -227,14 +240,6 @@ class LoneTracer {
     return WalkStep::kNext;
   }
 
-  static HWY_INLINE size_t Nearest(uint64_t lanes, const float* distances) {
-    size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-    ForEachLane(lanes, [&](size_t lane) {
-      if (distances[lane] < distances[nearest]) nearest = lane;
-    });
-    return nearest;
-  }
-
   HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
     LonePacket packet(call_.packet, ray_, hit);
     filter(packet.Arguments(kQuery, hit.geometry_id, hit.primitive_id, instance_id_,
@@ -242,6 +247,13 @@ class LoneTracer {
     if (!packet.is_valid()) return false;
     hit = packet.Hit();
     return true;
+  }
+
+  HWY_INLINE WalkStep AskLeaf(ChildWord child) {
+    // The walk has tested all of the leaf, if it is one part.
+    if (kParts == 1 && !call_.candidates.is_empty()) return TakeAsking();
+    call_.candidates.Clear();
+    return TestRow(child);
   }
 
   /// Any leaf; kLeave, and nothing was done, where only a task can be asked.
@@ -264,10 +276,10 @@ class LoneTracer {
   }
 
   HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
-    if (block.kind == LeafKind::kFacets) return TestFacets<true>(block);
+    if (block.kind == LeafKind::kFacets) return TestFacets<Asks::kAtOnce>(block);
     HWY_ALIGN float entry[kLeafLanes];
     for (uint32_t entered = EnterItems(block, ray_, entry); entered != 0;) {
-      const size_t lane = Nearest(entered, entry);
+      const size_t lane = NearestLane(entered, entry);
       entered &= ~(1u << lane);
       if (!(entry[lane] <= ray_.tfar)) break;
       const GeometryTable::Name item = NameOfLane(scene_.geometries, partition_.order, block, lane);
@@ -381,7 +393,6 @@ class LoneTracer {
   const PartitionView partition_;
   const uint32_t instance_id_;
   RayRecord& ray_;
-  const bool asks_;  ///< whether masks or filter functions may decide about hits
 };
 
 }  // namespace HWY_NAMESPACE
