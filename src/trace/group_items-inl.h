@@ -1,0 +1,118 @@
+// User primitives and instances that do not move against the rays of a group.
+
+#if defined(DACRT_TRACE_GROUP_ITEMS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_ITEMS_INL_H_
+#undef DACRT_TRACE_GROUP_ITEMS_INL_H_
+#else
+#define DACRT_TRACE_GROUP_ITEMS_INL_H_
+#endif
+
+#include <algorithm>
+
+#include "trace/group_instances-inl.h"
+#include "trace/policy.h"
+#include "trace/ray_group-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+template <Query kQuery>
+class GroupItems {
+ public:
+  explicit GroupItems(RayGroup& rays) : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
+
+  /// Hands the rays of some lanes to the functions of user primitives.
+  HWY_NOINLINE void TestUserPrimitives(const LeafBlock& block, uint32_t active) {
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const GeometryTable::Name item = NameOfLane(task_, block, i);
+      const Geometry& user = task_.scene.geometries.shapes()[item.geometry];
+      const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
+      const uint32_t entering = EnterItem(block, i, active);
+      if (entering == 0 || !function) continue;
+      GroupHits hits;
+      if constexpr (kQuery == Query::kClosest) hits = GroupHits(task_, lanes_, active);
+      hits.SetNone();
+      rays_.Packets().Call(function, kQuery, item, entering, lanes_.tfar, hits,
+                           [&](size_t lane, const FullHit& hit) {
+                             if constexpr (kQuery == Query::kAny) {
+                               if (hit.t < 0) lanes_.tfar[lane] = hit.t;
+                               return;
+                             }
+                             lanes_.state[lane] = RayRecord::kHasHit;
+                             lanes_.hit[lane] = item.geometry;
+                             lanes_.tfar[lane] = std::min(lanes_.tfar[lane], hit.t);
+                             task_.hits[lane] = hit;
+                           });
+    }
+  }
+
+  /// Instances in a block, none of which moves.
+  void TestInstances(const LeafBlock& block, uint32_t active, ListMemory memory) {
+    if (task_.instance_memory.count == 0) return;  // There is one level of instances.
+    for (size_t item = 0; item < block.lanes; ++item) {
+      const uint32_t entering = EnterItem(block, item, active);
+      if (entering == 0) continue;
+      const uint32_t geometry = NameOfLane(task_, block, item).geometry;
+      if (hwy::PopCount(entering) > policy::kFewRays &&
+          GroupInInstance<kQuery>::CanBe(task_, geometry)) {
+        TraceInInstance(geometry, entering, memory);
+      } else {
+        InstanceRays<kQuery> rays(task_, geometry, memory);
+        ForEachLane(entering, [&](size_t lane) {
+          rays_.RecordOf(lane);
+          rays.Add(rays_.numbers()[lane]);
+        });
+        rays.Trace();
+        rays_.LoadHits(entering);
+      }
+    }
+  }
+
+ private:
+  void TraceInInstance(uint32_t geometry, uint32_t entering, ListMemory memory) {
+    GroupLanes inner = lanes_;
+    TransformLanes(task_.scene.geometries.shapes().ToStillInstance(geometry), lanes_, inner);
+    ForEachLane(entering, [&](size_t lane) {
+      // The name of a hit of this scene is asked of its record.
+      if (lanes_.state[lane] & RayRecord::kInLeaf) rays_.RecordOf(lane);
+      if (!rays_.HasRecord(lane)) return;
+      const RayRecord& ray = task_.rays[rays_.numbers()[lane]];
+      inner.time[lane] = ray.time;
+      inner.mask[lane] = ray.mask;
+    });
+    GroupInInstance<kQuery>(task_, geometry, rays_.numbers())
+        .Trace(lanes_, inner, entering, memory);
+  }
+
+  /// Those of the lanes that enter the bounds of an item of a block.
+  HWY_INLINE uint32_t EnterItem(const LeafBlock& block, size_t i, uint32_t active) const {
+    const float* const data = block.bounds_data() + i;
+    WideBox box;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = WidenDown(hn::Set(kFloat, data[axis * block.lanes]));
+      box.upper[axis] = WidenUp(hn::Set(kFloat, data[(3 + axis) * block.lanes]));
+    }
+    uint64_t entering = 0;
+    for (size_t part = 0; part < lanes_.parts(); ++part) {
+      V org[3], reciprocal[3];
+      lanes_.LoadPart(part, org, reciprocal);
+      const size_t first = part * Lanes();
+      entering |=
+          Bits(Enters(IntersectBox(box, org, reciprocal), hn::Load(kFloat, lanes_.tnear + first),
+                      hn::Load(kFloat, lanes_.tfar + first)))
+          << first;
+    }
+    return active & static_cast<uint32_t>(entering);
+  }
+
+  RayGroup& rays_;
+  const TraceTask& task_;
+  GroupLanes& lanes_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_ITEMS_INL_H_

@@ -1,0 +1,102 @@
+// The leaf test of a group.
+
+#if defined(DACRT_TRACE_GROUP_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_TRACE_GROUP_LEAF_INL_H_
+#undef DACRT_TRACE_GROUP_LEAF_INL_H_
+#else
+#define DACRT_TRACE_GROUP_LEAF_INL_H_
+#endif
+
+#include "trace/group_facets-inl.h"
+#include "trace/group_items-inl.h"
+#include "trace/trace_one-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+template <Query kQuery>
+class GroupLeafTest {
+ public:
+  explicit GroupLeafTest(RayGroup& rays)
+      : rays_(rays),
+        task_(rays.task()),
+        facets_(rays),
+        items_(rays),
+        tests_in_lanes_(task_.keeps_leaf_hits && !task_.checks_masks &&
+                        !task_.scene.geometries.shapes().robust()),
+        has_filters_(task_.scene.geometries.shapes().has_filters()) {}
+
+  /// `enter` says of boxes which of them rays may enter (see enter_group-inl.h).
+  template <class Enter>
+  HWY_INLINE void Test(ChildWord leaf, uint32_t active, ListMemory memory, const Enter& enter) {
+    const LeafBlock* const block = PlainBlock(task_.partition, leaf);
+    if (HWY_LIKELY(tests_in_lanes_ && block && !has_filters_)) {
+      return facets_.Test(leaf, *block, active, enter);
+    }
+    if (!tests_in_lanes_ || !leaf.IsBlock()) {
+      return rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
+        TestLeaf<kQuery>(task_, leaf, list, count, memory);
+      });
+    }
+    TestRow(leaf, active, memory, enter);
+  }
+
+ private:
+  /// The blocks of a leaf of any kind.
+  template <class Enter>
+  HWY_NOINLINE void TestRow(ChildWord leaf, uint32_t active, ListMemory memory,
+                            const Enter& enter) {
+    const auto* block = reinterpret_cast<const LeafBlock*>(
+        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    for (;; block = block->Next()) {
+      const bool is_still = !block->is_timed;
+      if (is_still && block->kind == LeafKind::kFacets && !IsFiltered(*block)) {
+        facets_.Test(leaf, *block, active, enter);
+      } else if (is_still && block->kind == LeafKind::kFacets && rays_.CanCall() &&
+                 !HasGrids(*block)) {
+        facets_.TestFiltered(leaf, *block, active, enter);
+      } else if (is_still && block->kind == LeafKind::kUser && rays_.CanCall()) {
+        items_.TestUserPrimitives(*block, active);
+      } else if (is_still && block->kind == LeafKind::kInstances) {
+        items_.TestInstances(*block, active, memory);
+      } else {
+        rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
+          TestBlock<kQuery>(task_, leaf, *block, list, count, memory);
+        });
+      }
+      if (block->is_last) return;
+    }
+  }
+
+  bool HasGrids(const LeafBlock& block) const {
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
+      if (task_.scene.geometries.shapes()[geometry].shape == Shape::kGrids) return true;
+    }
+    return false;
+  }
+
+  /// Whether filter functions are to be asked about hits in a leaf.
+  HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
+    if (!has_filters_) return false;
+    for (size_t i = 0; i < block.lanes; ++i) {
+      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
+      if (FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry])) return true;
+    }
+    return false;
+  }
+
+  RayGroup& rays_;
+  const TraceTask& task_;
+  GroupFacets<kQuery> facets_;
+  GroupItems<kQuery> items_;
+  const bool tests_in_lanes_;
+  const bool has_filters_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_TRACE_GROUP_LEAF_INL_H_
