@@ -49,7 +49,11 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
   instance_count_ += geometry->IsInstance();
   ++revision_;
   if (geometry->is_enabled()) visible_revision_ = revision_;
-  geometries_[id] = {std::move(geometry)};
+  Attached& attached = geometries_[id] = {std::move(geometry)};
+  const auto gone = gone_.find(id);
+  if (gone == gone_.end()) return;
+  attached.trace = gone->second;
+  gone_.erase(gone);
 }
 
 void Scene::CheckIsNoCycle(const Geometry& geometry) const {
@@ -87,9 +91,15 @@ void Scene::Detach(unsigned int id) {
   }
   detached = std::move(place->second);
   instance_count_ -= detached.geometry->IsInstance();
+  Forget(id, detached.trace);
   geometries_.erase(place);
   if (id >= device_->first_geometry_id()) first_free_id_ = std::min(first_free_id_, id);
   visible_revision_ = ++revision_;
+}
+
+/// Keeps in mind what the snapshot knows of a geometry that is not there any more.
+void Scene::Forget(unsigned int id, const Trace& trace) {
+  if (trace.is_visible || trace.used_count > 0) gone_[id] = trace;
 }
 
 Geometry* Scene::Find(unsigned int id) const {
@@ -146,29 +156,32 @@ SceneOptions Scene::Snapshot::OptionsFor(const Selection& selection) {
 
 Scene::Changes Scene::FindChanges() {
   Changes changes;
-  changes.need_snapshot = !snapshot_ || revision_ != committed_revision_ ||
-                          flags_ != committed_flags_ || device_->ranks() || progress_function_;
   changes.need_commit =
       revision_ != committed_revision_ || flags_ != committed_flags_ || device_->is_divided();
+  changes.need_snapshot =
+      !snapshot_ || flags_ != committed_flags_ || device_->ranks() || progress_function_;
   for (Place& place : geometries_) {
     const Attached& attached = place.second;
     const Geometry& geometry = *attached.geometry;
-    const bool is_enabled = geometry.is_enabled();
+    const bool is_enabled = geometry.is_enabled(), was_visible = attached.trace.is_visible;
     if (is_enabled && geometry.is_modified()) {
       throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", place.first,
                      " was changed and not committed");
     }
     changes.need_commit |= geometry.version() != attached.committed_version;
-    changes.need_snapshot |= is_enabled != attached.was_enabled;
     if (is_enabled) {
       changes.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
-      changes.need_snapshot |= geometry.IsUser();  // Their bounds are asked for at every commit.
+      // User geometries are asked for their bounds at every commit.
+      changes.need_snapshot |=
+          geometry.IsUser() || (!was_visible && attached.trace.used_count == 0);
     }
-    if (is_enabled != attached.was_enabled ||
-        geometry.description_version() != attached.committed_description ||
-        geometry.version() != attached.committed_version) {
+    if (is_enabled != was_visible || geometry.version() != attached.committed_version ||
+        geometry.description_version() != attached.committed_description) {
       changes.described_anew.push_back(&place);
     }
+  }
+  for (auto& gone : gone_) {
+    if (gone.second.is_visible) changes.gone.push_back(&gone);
   }
   return changes;
 }
@@ -194,27 +207,40 @@ bool Scene::Update(const Changes& changes, Used& dropped) {
   if (changes.need_snapshot || snapshot_.use_count() > 1) return false;
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
   std::vector<dacrt::Geometry> descriptions;
-  descriptions.reserve(changes.described_anew.size());
+  descriptions.reserve(changes.described_anew.size() + changes.gone.size());
   Used used;
-  for (const Place* place : changes.described_anew) {
-    const auto& [id, attached] = *place;
-    if (!attached.geometry->is_enabled()) continue;
+  std::vector<Trace*> traces;  // Each uses the next ones of `used`.
+  const auto hide = [&](unsigned int id, Trace& trace) {
+    dacrt::Geometry& description = descriptions.emplace_back();
+    description.geometry_id = id;
+    description.hidden = true;
+    used.resize(used.size() + trace.used_count);
+    traces.push_back(&trace);
+  };
+  for (Place* place : changes.described_anew) {
+    auto& [id, attached] = *place;
+    if (!attached.geometry->is_enabled()) {
+      if (attached.trace.is_visible) hide(id, attached.trace);
+      continue;
+    }
     const std::size_t used_before = used.size();
     descriptions.push_back(Describe(*place, context_filter, used));
+    traces.push_back(&attached.trace);
     if (descriptions.back().primitive_count == 0) return false;
-    if (used.size() - used_before != attached.used_count) return false;
+    if (used.size() - used_before != attached.trace.used_count) return false;
   }
+  for (auto* gone : changes.gone) hide(gone->first, gone->second);
   if (!snapshot_->Update(std::move(descriptions), changes.always_refit)) return false;
   auto next_used = used.begin();
-  for (Place* place : changes.described_anew) {
-    Attached& attached = place->second;
-    SetCommitted(attached);
-    if (!attached.was_enabled) continue;
-    std::swap_ranges(next_used, next_used + attached.used_count,
-                     snapshot_->used().begin() + attached.used);
-    next_used += attached.used_count;
+  for (const Trace* trace : traces) {
+    next_used =
+        std::swap_ranges(snapshot_->used().begin() + trace->used,
+                         snapshot_->used().begin() + trace->used + trace->used_count, next_used);
   }
+  for (Place* place : changes.described_anew) SetCommitted(place->second);
+  for (auto* gone : changes.gone) gone->second.is_visible = false;
   dropped = std::move(used);
+  committed_revision_ = revision_;
   ++commit_count_;
   return true;
 }
@@ -235,7 +261,7 @@ void Scene::SetCommitted(Attached& attached) {
   const Geometry& geometry = *attached.geometry;
   attached.committed_version = geometry.version();
   attached.committed_description = geometry.description_version();
-  attached.was_enabled = geometry.is_enabled();
+  attached.trace.is_visible = geometry.is_enabled();
 }
 
 Scene::Selection Scene::Select() const {
@@ -249,12 +275,12 @@ Scene::Selection Scene::Select() const {
   for (const Place& place : geometries_) {
     Attached& attached = selection.attached.emplace_back(place).second;
     SetCommitted(attached);
-    attached.used = selection.used.size();
-    attached.used_count = 0;
+    attached.trace.used = selection.used.size();
+    attached.trace.used_count = 0;
     const Geometry& geometry = *attached.geometry;
     if (!geometry.is_enabled()) continue;
     dacrt::Geometry description = Describe(place, context_filter, selection.used);
-    attached.used_count = selection.used.size() - attached.used;
+    attached.trace.used_count = selection.used.size() - attached.trace.used;
     if (description.primitive_count == 0) continue;
     selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
@@ -273,12 +299,18 @@ void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
     }
   }
   snapshot->Keep(std::move(selection.used));
-  // Both are in the order of IDs.
+  // Both are in the order of IDs. Geometries may have come and gone since the commit began.
+  gone_.clear();
   auto place = geometries_.begin();
   for (const auto& [id, attached] : selection.attached) {
     while (place != geometries_.end() && place->first < id) ++place;
-    if (place == geometries_.end()) break;
-    if (place->first == id && place->second.geometry == attached.geometry) place->second = attached;
+    if (place == geometries_.end() || place->first != id) {
+      Forget(id, attached.trace);
+    } else if (place->second.geometry == attached.geometry) {
+      place->second = attached;
+    } else {
+      place->second = {.geometry = place->second.geometry, .trace = attached.trace};
+    }
   }
   committed_revision_ = selection.revision;
   committed_flags_ = selection.flags;

@@ -81,13 +81,18 @@ class Scene : public std::enable_shared_from_this<Scene> {
   uint64_t commit_count() const { return commit_count_; }
 
  private:
+  /// What the snapshot knows of an ID.
+  struct Trace {
+    bool is_visible = false;
+    std::size_t used = 0;  ///< where what it uses stands in what the snapshot keeps
+    std::size_t used_count = 0;
+  };
+
   struct Attached {
     std::shared_ptr<Geometry> geometry;
     uint64_t committed_version = 0;      ///< Geometry::version() at the last commit
     uint64_t committed_description = 0;  ///< Geometry::description_version()
-    bool was_enabled = false;            ///< it was at the last commit
-    std::size_t used = 0;                ///< where what it uses stands in what the snapshot keeps
-    std::size_t used_count = 0;
+    Trace trace;
   };
   using Place = std::pair<const unsigned int, Attached>;
 
@@ -97,6 +102,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
     bool need_snapshot = false;  ///< more than the descriptions of some geometries
     bool always_refit = true;    ///< all are of REFIT quality
     std::vector<Place*> described_anew;
+    std::vector<std::pair<const unsigned int, Trace>*> gone;
   };
 
   /// Memory and objects that descriptions refer to.
@@ -157,6 +163,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// Brings the snapshot up to date in its place. False, and nothing is done, if another one must
   /// be made. What the old one used and the new one does not goes into `dropped`.
   bool Update(const Changes& changes, Used& dropped);
+  void Forget(unsigned int id, const Trace& trace);
   static dacrt::Geometry Describe(const Place& place, bool context_filter, Used& used);
   /// Says that a geometry was committed as it is.
   static void SetCommitted(Attached& attached);
@@ -169,8 +176,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device> device_;
 
-  mutable std::mutex geometries_mutex_;  ///< of the next eight
+  mutable std::mutex geometries_mutex_;  ///< of the next nine
   std::map<unsigned int, Attached> geometries_;
+  std::map<unsigned int, Trace> gone_;  ///< detached ones that the snapshot knows
   std::size_t instance_count_ = 0;   ///< of these
   unsigned int first_free_id_;       ///< no smaller ID is free, from the device's first on
   uint64_t revision_ = 1;            ///< grows when geometries are attached or detached

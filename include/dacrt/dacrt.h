@@ -180,6 +180,9 @@ class DACRT_API Scene {
   /// The same without another scene, for a few geometries of many: those with the IDs of `changed`
   /// are from now on as described there. What it costs follows them and not the scene.
   ///
+  /// Those that are hidden (Geometry::hidden) are looked at no more, and their arrays may go; they
+  /// count in triangle_count() still, and come back by another Update.
+  ///
   /// False, and nothing has changed, if that needs another scene: where TakeOver would not do, or
   /// no or several geometries have such an ID, or one is a user geometry, gets or loses a filter
   /// function, or instances another scene. Throws as the constructors do; nothing has changed then.

@@ -170,7 +170,10 @@ Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> 
 }
 
 Shapes::Derived::Derived(const Geometry& geometry, const SceneParts* instanced_scene)
-    : item_count(geometry.primitive_count), scene(instanced_scene) {
+    : item_count(geometry.hidden ? 0 : geometry.primitive_count),
+      primitives(geometry.primitives),
+      scene(instanced_scene) {
+  if (geometry.hidden) return;
   switch (geometry.shape) {
     case Shape::kInstance:
       PlaceInstance(geometry);
@@ -237,6 +240,19 @@ void Shapes::Derived::PlaceInstance(const Geometry& g) {
   to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
 }
 
+std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
+  // What any index of a triangle or a quad is, and what any grid is made of.
+  static constexpr uint32_t kNowhere[4] = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+  static_assert(sizeof(GridPrimitive) <= sizeof(kNowhere));
+  Geometry hidden = geometries_[geometry];
+  if (!HasFacets(hidden.shape)) return std::nullopt;
+  hidden.hidden = true;
+  hidden.primitives = {kNowhere, 0};
+  hidden.vertices.assign(hidden.vertices.size(), {kNowhere, 0});
+  hidden.vertex_count = 0;
+  return Successor(std::move(hidden), derived_[geometry]);
+}
+
 bool Shapes::CanExchange(uint32_t geometry, const Successor& successor) const {
   const Geometry &a = geometries_[geometry], &b = successor.geometry_;
   const auto are_alike = [](const Callback& x, const Callback& y) {
@@ -246,7 +262,8 @@ bool Shapes::CanExchange(uint32_t geometry, const Successor& successor) const {
          derived_[geometry].item_count == successor.derived_.item_count &&
          derived_[geometry].steps == successor.derived_.steps &&
          derived_[geometry].scene == successor.derived_.scene &&
-         a.primitives.data == b.primitives.data && a.primitives.stride == b.primitives.stride &&
+         derived_[geometry].primitives.data == successor.derived_.primitives.data &&
+         derived_[geometry].primitives.stride == successor.derived_.primitives.stride &&
          are_alike(a.closest_filter, b.closest_filter) && are_alike(a.any_filter, b.any_filter);
 }
 

@@ -122,6 +122,7 @@ class Shapes {
 
     std::size_t item_count = 0;
     uint32_t steps = 1;
+    Array primitives;                   ///< of the geometry, also while it is hidden
     std::vector<uint32_t> first_cells;  ///< of each grid
     std::vector<Box> bounds;            ///< of user primitives or an instance, at each time step
     AffineTransform to_instance;        ///< of a still instance
@@ -142,15 +143,18 @@ class Shapes {
         : geometry_(std::move(geometry)), derived_(geometry_, instanced_scene) {}
 
     const Geometry& geometry() const { return geometry_; }
-    const SceneParts* InstancedScene() const { return derived_.scene; }
-    std::size_t ItemCount() const { return derived_.item_count; }
-    uint32_t StepCount() const { return derived_.steps; }
 
    private:
     friend Shapes;
+    Successor(Geometry geometry, const Derived& derived)
+        : geometry_(std::move(geometry)), derived_(derived) {}
+
     Geometry geometry_;
     Derived derived_;
   };
+
+  /// The same geometry, hidden: its indices lead nowhere. Nothing if its shape knows none.
+  std::optional<Successor> Hidden(uint32_t geometry) const;
 
   /// Whether both may stand in one place: only where they are, and which rays meet them, differs.
   bool CanExchange(uint32_t geometry, const Successor& successor) const;

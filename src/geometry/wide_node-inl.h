@@ -129,6 +129,19 @@ struct ChildBoxes {
     }
   }
 
+  /// Makes points of those of the first `count` boxes that are empty.
+  void FillEmpty(size_t count) {
+    const auto is_empty = [&](size_t i) { return !(lower[0][i] <= upper[0][i]); };
+    size_t full = 0;
+    while (full < count && is_empty(full)) ++full;
+    for (size_t i = 0; i < count; ++i) {
+      if (HWY_LIKELY(!is_empty(i))) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        lower[axis][i] = upper[axis][i] = full < count ? lower[axis][full] : 0;
+      }
+    }
+  }
+
   /// Sets the volumes of `node` to ones that hold `count` boxes, widened. Unused children get
   /// volumes that are inside out.
   void Encode(size_t count, WideNode& node) {

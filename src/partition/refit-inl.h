@@ -126,7 +126,7 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
   std::vector<uint32_t> geometries;
   size_t items = 0;
   for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
-    if (!changed[geometry]) continue;
+    if (!changed[geometry] || now.shapes()[geometry].hidden) continue;
     geometries.push_back(geometry);
     items += now[geometry].triangle_count;
   }
@@ -158,8 +158,8 @@ inline Box EstimateBounds(const KeptPartition& kept, const GeometryTable& now, c
   CornerBounds bounds;
   for (size_t i = 0; i < looks; ++i) {
     const uint32_t number = KeptOrder::NumberOf(order[i * order.size() / looks]);
-    const auto [lower, upper] = BoundUsable(now, now.Locate(number));
-    bounds.Extend(lower, upper);
+    CornerBox box;
+    if (BoundIfUsable(now, now.Locate(number), box)) bounds.Extend(box.lower, box.upper);
   }
   return bounds.Get();
 }
@@ -176,6 +176,7 @@ inline bool HaveDecayed(const KeptPartition& kept, const GeometryTable& now,
     const Box bounds = EstimateBounds(kept, now, subset, changed);
     surface += bounds.HalfArea();
     made_surface += subset.made_surface;
+    if (bounds.IsEmpty()) continue;
     all.Extend(bounds.lower);
     all.Extend(bounds.upper);
   }
@@ -199,8 +200,8 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
   uint64_t geometry_bits = 0;
   for (uint32_t i = 0; i < subset.count; ++i) {
     const GeometryTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(geometries, name);
-    bounds.Extend(lower, upper);
+    CornerBox box;
+    if (BoundIfUsable(geometries, name, box)) bounds.Extend(box.lower, box.upper);
     geometry_bits |= GeometryBit(geometries, name.geometry);
   }
   subset.geometry_bits = geometry_bits;
@@ -213,9 +214,9 @@ inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
   SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count});
   const Box bounds = refit.Refit(root);
   subset.geometry_bits = refit.geometry_bits();
-  const bool has_decayed =
-      !always && RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
-                     refit::kMostDecay * subset.decay_base;
+  const bool has_decayed = !always && !refit.has_hidden() &&
+                           RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
+                               refit::kMostDecay * subset.decay_base;
   subset.root = has_decayed ? root | Subset::kStale : root;
   return bounds;
 }
@@ -241,17 +242,18 @@ class RefitOver {
  private:
   Box Node(uint32_t number) {
     WideNode& node = kept_.node(number);
-    Box boxes[WideNode::kWidth];
-    const Box* pointers[WideNode::kWidth];
+    ChildBoxes boxes;
     Box all = Box::Empty();
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
-      boxes[k] = child.IsSubset() ? Subset(child.number()) : Node(child.number());
-      pointers[k] = &boxes[k];
-      all.Extend(boxes[k].lower);
-      all.Extend(boxes[k].upper);
+      const Box box = child.IsSubset() ? Subset(child.number()) : Node(child.number());
+      boxes.Set(k, box);
+      if (box.IsEmpty()) continue;
+      all.Extend(box.lower);
+      all.Extend(box.upper);
     }
-    EncodeChildren(pointers, node.count, node);
+    boxes.FillEmpty(node.count);
+    boxes.Encode(node.count, node);
     return all;
   }
 

@@ -53,11 +53,14 @@ class SubsetRefit {
       boxes.Set(k, box);
       all.Extend(Corner::Load(box.lower), Corner::Load(box.upper));
     }
+    boxes.FillEmpty(node.count);
     boxes.Encode(node.count, node);
     return all.Get();
   }
 
   uint64_t geometry_bits() const { return geometry_bits_; }
+  /// Whether there are triangles of hidden geometries.
+  bool has_hidden() const { return has_hidden_; }
 
  private:
   /// Of all triangles before anything else is done, so that the processor waits for many at once;
@@ -112,8 +115,12 @@ class SubsetRefit {
     bool is_last;
     do {
       const uint32_t entry = order_[next_++];
-      const auto [lower, upper] = BoundUsable(geometries_, names_.Find(KeptOrder::NumberOf(entry)));
-      bounds.Extend(lower, upper);
+      CornerBox box;
+      if (BoundIfUsable(geometries_, names_.Find(KeptOrder::NumberOf(entry)), box)) {
+        bounds.Extend(box.lower, box.upper);
+      } else {
+        has_hidden_ = true;
+      }
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
     } while (!is_last && next_ < order_.size());
     return bounds.Get();
@@ -167,6 +174,7 @@ class SubsetRefit {
   NameFinder names_;
   size_t next_ = 0;
   uint64_t geometry_bits_ = 0;
+  bool has_hidden_ = false;
   uint32_t index_[SubsetScratch::kTriangles][3];
 };
 

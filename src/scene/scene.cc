@@ -184,8 +184,14 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     for (Geometry& description : changed) {
       const auto geometry = geometries.Find(description.geometry_id);
       if (!geometry) return false;
-      const SceneParts* const scene = PartsFor(description, device.get());
-      changes.push_back({*geometry, Shapes::Successor(std::move(description), scene)});
+      if (description.hidden) {
+        auto hidden = geometries.shapes().Hidden(*geometry);
+        if (!hidden) return false;
+        changes.push_back({*geometry, *std::move(hidden)});
+      } else {
+        const SceneParts* const scene = PartsFor(description, device.get());
+        changes.push_back({*geometry, Shapes::Successor(std::move(description), scene)});
+      }
       const Shapes::Successor& successor = changes.back().successor;
       if (!geometries.shapes().CanExchange(*geometry, successor)) return false;
       if (IsChanged(geometries.shapes()[*geometry], successor.geometry())) {

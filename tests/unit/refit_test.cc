@@ -63,7 +63,7 @@ Geometry GeometryOf(const Mesh& mesh) {
 class Film {
  public:
   explicit Film(std::vector<Mesh> sheets, std::size_t threads = 1)
-      : meshes(std::move(sheets)), revisions(meshes.size(), 1) {
+      : meshes(std::move(sheets)), revisions(meshes.size(), 1), hidden(meshes.size()) {
     Settings settings;
     settings.threads = threads;
     device_ = std::make_shared<Device>(settings);
@@ -83,6 +83,13 @@ class Film {
   /// The next frame, in which one mesh has moved or has another mask, without another scene. False
   /// if that would not do.
   bool Update(std::size_t mesh) { return scene_->Update({Describe(mesh)}); }
+  bool Hide(std::size_t mesh) {
+    hidden[mesh] = true;
+    Geometry description;
+    description.geometry_id = meshes[mesh].geometry_id;
+    description.hidden = true;
+    return scene_->Update({description});
+  }
 
   /// Goes on with a copy of the partition; returns the scene that has had it until now.
   std::unique_ptr<Scene> Copy() {
@@ -115,7 +122,9 @@ class Film {
       EXPECT_EQ(own.lower[axis], bounds.lower[axis]);
       EXPECT_EQ(own.upper[axis], bounds.upper[axis]);
     }
-    EXPECT_EQ(scene_->triangle_count(), fresh.triangle_count());
+    if (std::ranges::none_of(hidden, std::identity())) {
+      EXPECT_EQ(scene_->triangle_count(), fresh.triangle_count());
+    }
   }
 
   void ForEachVertex(const std::function<void(Float3&)>& move) {
@@ -127,6 +136,7 @@ class Film {
 
   std::vector<Mesh> meshes;
   std::vector<uint64_t> revisions;
+  std::vector<bool> hidden;  ///< which meshes are
 
  private:
   Geometry Describe(std::size_t mesh) const {
@@ -137,7 +147,9 @@ class Film {
 
   std::vector<Geometry> Geometries() const {
     std::vector<Geometry> geometries;
-    for (std::size_t i = 0; i < meshes.size(); ++i) geometries.push_back(Describe(i));
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      if (!hidden[i]) geometries.push_back(Describe(i));
+    }
     return geometries;
   }
 
@@ -312,6 +324,49 @@ TEST(RefitTest, AnUpdateThatWouldNotDoChangesNothing) {
   description.closest_filter.function = [](void*, const CallbackArguments&) {};
   EXPECT_FALSE(film.scene().Update({description})) << "a filter function";
   film.Check(3000);
+}
+
+// They leave volumes and leaves, whether they filled them alone or not, and come back as they are
+// by then.
+TEST(RefitTest, HiddenMeshesAreNotThereAndComeBack) {
+  for (const std::size_t rays : {300u, 20000u}) {  // hardly anything is split, or all
+    Film film(MakeSheets(60, 10));
+    film.Check(rays);
+    for (std::size_t i = 0; i < 60; i += 20) ASSERT_TRUE(film.Hide(i));
+    ASSERT_TRUE(film.Hide(0)) << "it is";
+    film.Check(rays);
+    for (std::size_t i = 20; i < 60; i += 20) {
+      // What is hidden is not read: this one lies elsewhere by now.
+      for (Float3& v : film.meshes[i].vertices) v[2] += 0.3f;
+      ++film.revisions[i];
+      film.hidden[i] = false;
+      ASSERT_TRUE(film.Update(i));
+    }
+    film.Check(rays);
+    for (Float3& v : film.meshes[3].vertices) v[2] -= 0.1f;
+    ++film.revisions[3];
+    ASSERT_TRUE(film.Update(3)) << "beside hidden ones";
+    film.Check(rays);
+    EXPECT_FALSE(film.Advance()) << "other geometries";
+    film.Check(rays);
+  }
+}
+
+TEST(RefitTest, AllMeshesMayBeHidden) {
+  Film film(MakeSheets(3, 40));
+  film.Check(5000);
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(film.Hide(i));
+  Random random(4);
+  std::vector<Ray> rays = unit::MakeRays(random, 3000, 1);
+  const std::vector<Ray> before = rays;
+  film.scene().Trace(Query::kClosest, unit::ViewOf(rays));
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(unit::SameBits(rays[i], before[i]));
+  EXPECT_GT(film.scene().bounds().lower[0], film.scene().bounds().upper[0]);
+  for (const std::size_t i : {2u, 0u, 1u}) {
+    film.hidden[i] = false;
+    ASSERT_TRUE(film.Update(i));
+    film.Check(5000);
+  }
 }
 
 // For scenes that others show: both are right.
