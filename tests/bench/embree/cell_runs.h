@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "bench_scene.h"
 #include "errors.h"
+#include "outputs.h"
 #include "progress.h"
 
 namespace dacrt::bench {
@@ -69,6 +71,28 @@ bool MeasureByScene(std::span<const Cell> cells, const std::string& folder, Prog
     }
   });
   return is_complete;
+}
+
+/// A benchmark's whole run: measures the cells of `options` but those that the results have from an
+/// earlier one, as `measure` does with a scene, cells that are measured together, and the progress;
+/// saves them, and prints them. Returns the exit code.
+template <class Options, class Results, class Measure>
+int MeasureMatrix(const Options& options, Results& results, const Measure& measure) {
+  auto cells = options.cells;
+  if (options.outputs.resume) {
+    Resume(options.outputs.json, results);
+    DropMeasured(results, cells);
+  }
+  Save(options.outputs, results);  // an output that cannot be written shows before measuring
+  Progress progress(cells.size());
+  using Cell = typename decltype(cells)::value_type;
+  const bool is_complete =
+      MeasureByScene(std::span<const Cell>(cells), options.folder, progress,
+                     [&](const BenchScene& scene, std::span<const Cell> together) {
+                       measure(scene, together, progress);
+                     });
+  PrintText(results, std::cout);
+  return is_complete ? kSuccess : kUnreadableScene;
 }
 
 }  // namespace dacrt::bench

@@ -1,9 +1,7 @@
 // dacrt's drop-in beside Embree, in one process, on the same meshes and the same rays: see --help.
 #include <algorithm>
-#include <iostream>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "batch_size.h"
 #include "cell_list.h"
@@ -31,63 +29,45 @@ MemoryResult MeasureMemoryOfBoth(const Cell& cell, const BenchScene& scene, RayB
           .dacrt = MeasureMemoryInChild(DACRT_DROP_IN, config, scene, cell.geometry, rays)};
 }
 
-class Benchmark {
- public:
-  Benchmark(const EmbreeOptions& options, std::size_t cells, EmbreeResults& results)
-      : options_(options), progress_(cells), results_(results) {}
-
-  // False if a scene could not be read.
-  bool Run(std::span<const Cell> cells) {
-    return MeasureByScene(cells, options_.folder, progress_,
-                          [this](const BenchScene& scene, std::span<const Cell> together) {
-                            MeasureTogether(scene, together);
-                          });
-  }
-
- private:
-  void MeasureTogether(const BenchScene& scene, std::span<const Cell> cells) {
-    const Cell& first = cells.front();
-    progress_.Show(Name(first) + ": commits");
-    const SceneContent content = FindGeometryKind(first.geometry)->make(scene);
-    EmbreeContest contest(scene, content,
-                          {.isa = first.isa,
-                           .threads = first.threads,
-                           .anew = std::ranges::any_of(cells, MeasuresOneShot),
-                           .embree = DACRT_REAL_EMBREE,
-                           .drop_in = DACRT_DROP_IN},
-                          options_.effort);
-    for (const Cell& cell : cells) {
-      const std::string name = Name(cell);
-      const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
-      show("making rays");
-      RayBuffer rays = contest.MakeRays(cell);
-      const BatchSize& size = *FindBatchSize(cell.size);
-      if (rays.rays().size() < (size.IsSlice() ? size.rays : 1)) {
-        progress_.Finish(name + ": there are no such rays");
-        continue;
-      }
-      try {
-        results_.cells.push_back(contest.Measure(cell, show, rays));
-      } catch (const Disagreement& error) {
-        throw Disagreement(name + ": " + error.what());
-      }
-      if (MeasuresMemory(cell)) {
-        show("memory");
-        results_.memory.push_back(MeasureMemoryOfBoth(cell, scene, rays));
-      }
-      // After every cell: what was measured is not lost if the run ends early.
-      Save(options_.outputs, results_);
-      const CellResult& result = results_.cells.back();
-      progress_.Finish(
-          name + (result.HasOneShot() ? ": one shot x " + Fixed(result.OneShotRatio(), 2) : ":") +
-          " steady x " + Fixed(result.SteadyRatio(), 2));
+void MeasureTogether(const EmbreeOptions& options, const BenchScene& scene,
+                     std::span<const Cell> cells, Progress& progress, EmbreeResults& results) {
+  const Cell& first = cells.front();
+  progress.Show(Name(first) + ": commits");
+  const SceneContent content = FindGeometryKind(first.geometry)->make(scene);
+  EmbreeContest contest(scene, content,
+                        {.isa = first.isa,
+                         .threads = first.threads,
+                         .anew = std::ranges::any_of(cells, MeasuresOneShot),
+                         .embree = DACRT_REAL_EMBREE,
+                         .drop_in = DACRT_DROP_IN},
+                        options.effort);
+  for (const Cell& cell : cells) {
+    const std::string name = Name(cell);
+    const auto show = [&](const std::string& step) { progress.Show(name + ": " + step); };
+    show("making rays");
+    RayBuffer rays = contest.MakeRays(cell);
+    const BatchSize& size = *FindBatchSize(cell.size);
+    if (rays.rays().size() < (size.IsSlice() ? size.rays : 1)) {
+      progress.Finish(name + ": there are no such rays");
+      continue;
     }
+    try {
+      results.cells.push_back(contest.Measure(cell, show, rays));
+    } catch (const Disagreement& error) {
+      throw Disagreement(name + ": " + error.what());
+    }
+    if (MeasuresMemory(cell)) {
+      show("memory");
+      results.memory.push_back(MeasureMemoryOfBoth(cell, scene, rays));
+    }
+    // After every cell: what was measured is not lost if the run ends early.
+    Save(options.outputs, results);
+    const CellResult& result = results.cells.back();
+    progress.Finish(
+        name + (result.HasOneShot() ? ": one shot x " + Fixed(result.OneShotRatio(), 2) : ":") +
+        " steady x " + Fixed(result.SteadyRatio(), 2));
   }
-
-  const EmbreeOptions& options_;
-  Progress progress_;
-  EmbreeResults& results_;
-};
+}
 
 int Main(int argc, char** argv) {
   const auto options = ParseEmbreeOptions(argc, argv);
@@ -97,15 +77,11 @@ int Main(int argc, char** argv) {
                         .repeat = options->effort.repeat,
                         .cells = {},
                         .memory = {}};
-  std::vector<Cell> cells = options->cells;
-  if (options->outputs.resume) {
-    Resume(options->outputs.json, results);
-    DropMeasured(results, cells);
-  }
-  Save(options->outputs, results);  // an output that cannot be written shows before measuring
-  const bool is_complete = Benchmark(*options, cells.size(), results).Run(cells);
-  PrintText(results, std::cout);
-  return is_complete ? kSuccess : kUnreadableScene;
+  return MeasureMatrix(
+      *options, results,
+      [&](const BenchScene& scene, std::span<const Cell> cells, Progress& progress) {
+        MeasureTogether(*options, scene, cells, progress, results);
+      });
 }
 
 }  // namespace

@@ -3,11 +3,11 @@
 #include <CLI/CLI.hpp>
 
 #include "batch_size.h"
-#include "bench_scene.h"
 #include "cell_list.h"
 #include "command_line.h"
 #include "geometry_kind.h"
 #include "isa.h"
+#include "matrix_options.h"
 #include "ray_kind.h"
 
 namespace dacrt::bench {
@@ -38,52 +38,36 @@ scene could not be read, 4 the libraries found different hits, 5 an output canno
 }  // namespace
 
 std::optional<EmbreeOptions> ParseEmbreeOptions(int argc, char** argv) {
-  EmbreeOptions options;
-  options.folder = DACRT_SCENES_DIR;
+  MatrixOptions matrix;
   Block named;
-  std::vector<int> threads = OneAndAllThreads();
-  bool is_full = false;
 
   CLI::App app(kDescription);
   app.footer(kFooter);
   app.get_formatter()->column_width(34);
-  app.add_flag("--full", is_full, "Everything: hours instead of ten minutes");
-  app.add_option("--scene", named.scenes, "Scenes")->type_name("NAME|FILE");
-  app.add_option("--scenes-dir", options.folder, "Folder of the PLY scenes")
-      ->envname("DACRT_SCENES_DIR")
-      ->type_name("DIR");
+  AddMatrixOptions(app, matrix, "Rounds");
   AddNamesOption(app, "--geometry", named.geometries, NamesOf(GeometryKinds()),
                  "Kinds of geometry");
   AddNamesOption(app, "--isa", named.isas, IsasHere(), "Instruction sets that both are limited to");
   AddNamesOption(app, "--kind", named.kinds, NamesOf(RayKinds()), "Kinds of rays");
   AddNamesOption(app, "--rays", named.sizes, NamesOf(BatchSizes()), "Rays a call");
-  AddThreadsOption(app, threads);
-  app.add_option("--repeat", options.effort.repeat,
-                 "Rounds, of which the median counts; short ones more")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str()
-      ->type_name("N");
-  AddOutputOptions(app, options.outputs);
   if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
 
-  if (!is_full) {
+  EmbreeOptions options;
+  options.folder = matrix.folder;
+  options.outputs = matrix.outputs;
+  options.effort.repeat = matrix.repeat;
+  if (!matrix.is_full) {
     // Less than ten minutes.
     options.effort.rounds_seconds = 0.3;
     options.effort.slices_seconds = 0.1;
     options.effort.sliced_side = 256;
   }
-  std::vector<Block> blocks =
-      is_full ? FullBlocks(options.folder, threads) : ShortBlocks(options.folder, threads);
-  // What is named is measured in all combinations, with the rest as in the first block.
-  Block all = blocks.front();
-  bool is_named = false;
-  for (const auto list :
-       {&Block::scenes, &Block::geometries, &Block::isas, &Block::kinds, &Block::sizes}) {
-    if ((named.*list).empty()) continue;
-    all.*list = named.*list;
-    is_named = true;
-  }
-  options.cells = CellsOf(is_named ? std::vector{all} : blocks);
+  named.scenes = matrix.scenes;
+  named.threads = matrix.threads;
+  const std::vector<Block> blocks = matrix.is_full ? FullBlocks(matrix.folder, matrix.threads)
+                                                   : ShortBlocks(matrix.folder, matrix.threads);
+  options.cells = CellsOf(NamedOr(blocks, named, &Block::scenes, &Block::geometries, &Block::isas,
+                                  &Block::kinds, &Block::sizes));
   return options;
 }
 

@@ -1,8 +1,6 @@
 // dacrt's drop-in beside Embree on scenes that change from frame to frame: see --help.
-#include <iostream>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "bench_scene.h"
 #include "cell_runs.h"
@@ -19,43 +17,26 @@
 namespace dacrt::bench {
 namespace {
 
-class Benchmark {
- public:
-  Benchmark(const MovingOptions& options, std::size_t cells, MovingResults& results)
-      : options_(options), progress_(cells), results_(results) {}
-
-  // False if a scene could not be read.
-  bool Run(std::span<const MovingCell> cells) {
-    return MeasureByScene(cells, options_.folder, progress_,
-                          [this](const BenchScene& scene, std::span<const MovingCell> together) {
-                            MeasureTogether(scene, together);
-                          });
-  }
-
- private:
-  void MeasureTogether(const BenchScene& scene, std::span<const MovingCell> cells) {
-    progress_.Show(Name(cells.front()) + ": commits");
-    MovingContest contest(scene, *FindChangeKind(cells.front().change), cells.front().threads);
-    for (const MovingCell& cell : cells) {
-      const std::string name = Name(cell);
-      const auto show = [&](const std::string& step) { progress_.Show(name + ": " + step); };
-      try {
-        const auto result = contest.Measure(cell, options_.repeat, show);
-        if (result) results_.cells.push_back(*result);
-        // After every cell: what was measured is not lost if the run ends early.
-        Save(options_.outputs, results_);
-        progress_.Finish(
-            name + (result ? ": x " + Fixed(result->Ratio(), 2) : ": there are no such rays"));
-      } catch (const Disagreement& error) {
-        throw Disagreement(name + ": " + error.what());
-      }
+void MeasureTogether(const MovingOptions& options, const BenchScene& scene,
+                     std::span<const MovingCell> cells, Progress& progress,
+                     MovingResults& results) {
+  progress.Show(Name(cells.front()) + ": commits");
+  MovingContest contest(scene, *FindChangeKind(cells.front().change), cells.front().threads);
+  for (const MovingCell& cell : cells) {
+    const std::string name = Name(cell);
+    const auto show = [&](const std::string& step) { progress.Show(name + ": " + step); };
+    try {
+      const auto result = contest.Measure(cell, options.repeat, show);
+      if (result) results.cells.push_back(*result);
+      // After every cell: what was measured is not lost if the run ends early.
+      Save(options.outputs, results);
+      progress.Finish(name +
+                      (result ? ": x " + Fixed(result->Ratio(), 2) : ": there are no such rays"));
+    } catch (const Disagreement& error) {
+      throw Disagreement(name + ": " + error.what());
     }
   }
-
-  const MovingOptions& options_;
-  Progress progress_;
-  MovingResults& results_;
-};
+}
 
 int Main(int argc, char** argv) {
   const auto options = ParseMovingOptions(argc, argv);
@@ -64,15 +45,11 @@ int Main(int argc, char** argv) {
                         .processor = ProcessorName(),
                         .repeat = options->repeat,
                         .cells = {}};
-  std::vector<MovingCell> cells = options->cells;
-  if (options->outputs.resume) {
-    Resume(options->outputs.json, results);
-    DropMeasured(results, cells);
-  }
-  Save(options->outputs, results);  // an output that cannot be written shows before measuring
-  const bool is_complete = Benchmark(*options, cells.size(), results).Run(cells);
-  PrintText(results, std::cout);
-  return is_complete ? kSuccess : kUnreadableScene;
+  return MeasureMatrix(
+      *options, results,
+      [&](const BenchScene& scene, std::span<const MovingCell> cells, Progress& progress) {
+        MeasureTogether(*options, scene, cells, progress, results);
+      });
 }
 
 }  // namespace

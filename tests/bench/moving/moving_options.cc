@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "command_line.h"
+#include "matrix_options.h"
 #include "moving_cells.h"
 #include "moving_content.h"
 
@@ -34,45 +34,30 @@ scene could not be read, 4 the libraries found different hits, 5 an output canno
 }  // namespace
 
 std::optional<MovingOptions> ParseMovingOptions(int argc, char** argv) {
-  MovingOptions options;
-  options.folder = DACRT_SCENES_DIR;
+  MatrixOptions matrix;
+  matrix.repeat = 5;
   MovingBlock named;
-  std::vector<int> threads = OneAndAllThreads();
-  bool is_full = false;
 
   CLI::App app(kDescription);
   app.footer(kFooter);
   app.get_formatter()->column_width(34);
-  app.add_flag("--full", is_full, "Everything: hours instead of ten minutes");
-  app.add_option("--scene", named.scenes, "Scenes")->type_name("NAME|FILE");
-  app.add_option("--scenes-dir", options.folder, "Folder of the PLY scenes")
-      ->envname("DACRT_SCENES_DIR")
-      ->type_name("DIR");
+  AddMatrixOptions(app, matrix, "Frames");
   AddNamesOption(app, "--change", named.changes, NamesOf(ChangeKinds()), "Kinds of change");
   AddNamesOption(app, "--kind", named.kinds, MovingRayKinds(), "Kinds of rays");
   AddNamesOption(app, "--rays", named.sizes, NamesOf(FrameSizes()), "Rays a frame");
-  AddThreadsOption(app, threads);
-  app.add_option("--repeat", options.repeat, "Frames, of which the median counts; short ones more")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str()
-      ->type_name("N");
-  AddOutputOptions(app, options.outputs);
   if (!ParseCommandLine(app, argc, argv)) return std::nullopt;
 
-  const std::vector<MovingBlock> blocks = is_full ? FullMovingBlocks(options.folder, threads)
-                                                  : ShortMovingBlocks(options.folder, threads);
-  // What is named is measured in all combinations, with the rest as in the first block.
-  MovingBlock all = blocks.front();
-  all.threads = threads;
-  bool is_named = false;
-  for (const auto list :
-       {&MovingBlock::scenes, &MovingBlock::changes, &MovingBlock::kinds, &MovingBlock::sizes}) {
-    if ((named.*list).empty()) continue;
-    all.*list = named.*list;
-    is_named = true;
-  }
-  options.cells = CellsOf(is_named ? std::vector{all} : blocks);
-  return options;
+  named.scenes = matrix.scenes;
+  named.threads = matrix.threads;
+  const std::vector<MovingBlock> blocks = matrix.is_full
+                                              ? FullMovingBlocks(matrix.folder, matrix.threads)
+                                              : ShortMovingBlocks(matrix.folder, matrix.threads);
+  return MovingOptions{
+      .cells = CellsOf(NamedOr(blocks, named, &MovingBlock::scenes, &MovingBlock::changes,
+                               &MovingBlock::kinds, &MovingBlock::sizes)),
+      .folder = matrix.folder,
+      .repeat = matrix.repeat,
+      .outputs = matrix.outputs};
 }
 
 }  // namespace dacrt::bench
