@@ -20,6 +20,7 @@
 #include "partition/kept_partition.h"
 #include "partition/refit.h"
 #include "rays/packet_view.h"
+#include "runtime/ordinary_arithmetic.h"
 #include "scene/scene_parts.h"
 #include "trace/policy.h"
 
@@ -156,6 +157,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   void TakeOver(Implementation& previous) noexcept {
     if (!refit_plan_) return;
+    const OrdinaryArithmetic ordinary;
     parts.kept = std::move(previous.parts.kept);
     previous.parts.triangle_count = 0;
     Engine().kernels.partition.refit(*parts.kept, parts.meshes, *refit_plan_, Engine().tasks);
