@@ -193,7 +193,7 @@ class Judge {
 
   bool MayLose(const PossibleHit& hit, float tfar, Library library) const {
     return library == Library::kReal &&
-           (PlanesMayBeSwapped(before_.ray, company_.earlier) ||
+           (PlanesMayBeSwapped(before_.ray, company_.guides) ||
             reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_.packet));
   }
 
