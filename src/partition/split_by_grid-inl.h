@@ -18,6 +18,7 @@
 #include "partition/grid.h"
 #include "partition/split_in_place-inl.h"
 #include "partition/split_subset-inl.h"
+#include "runtime/ordinary_arithmetic.h"
 #include "runtime/tasks.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -234,6 +235,7 @@ inline bool SplitNeighbour(KeptPartition& kept, const Subset& subset, SubsetScra
         !other.root.compare_exchange_strong(unsplit, Subset::kBeingSplit)) {
       continue;
     }
+    const OrdinaryArithmetic ordinary;
     Publish(kept, other, SplitSmallSubset(kept, other, scratch));
     return true;
   }
@@ -265,6 +267,7 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
   }
   try {
     if (Subset::IsStale(before) && !scratch) throw std::bad_alloc();
+    const OrdinaryArithmetic ordinary;
     const uint32_t root = Subset::IsStale(before)
                               ? SplitAnew(kept, subset, before & ~Subset::kStale, *scratch)
                               : SplitSubset(kept, subset, scratch, tasks);

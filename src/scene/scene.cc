@@ -21,6 +21,7 @@
 #include "partition/kept_partition.h"
 #include "partition/refit.h"
 #include "rays/packet_view.h"
+#include "runtime/ordinary_arithmetic.h"
 #include "runtime/split_memory.h"
 #include "scene/scene_parts.h"
 #include "trace/policy.h"
@@ -320,6 +321,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   }
 
   void CarryOutPlan() noexcept {
+    const OrdinaryArithmetic ordinary;
     Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
     parts.bounds = parts.kept->bounds();
     refit_plan_.reset();

@@ -9,6 +9,7 @@
 
 #include "leaf/leaf_block.h"
 #include "leaf/make_leaf.h"
+#include "runtime/ordinary_arithmetic.h"
 #include "trace/policy.h"
 
 namespace dacrt {
@@ -92,6 +93,7 @@ void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered,
     if (node.StaleLeaves(entered) == 0) return;
     node.WaitForLeaves();
   }
+  const OrdinaryArithmetic ordinary;  // prepared triangles are kept
   KeptPartition& kept = *task.scene.kept;
   const uint32_t bare = node.BareLeaves(entered);
   const uint32_t stale = node.StaleLeaves(bare);

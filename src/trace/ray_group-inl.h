@@ -74,7 +74,7 @@ class RayGroup {
   /// lead.
   template <class Test>
   HWY_INLINE void TestRecords(uint32_t active, const Test& test) {
-    RayNumber list[kGroupRays];
+    RayNumber list[kGroupRays] = {};
     const size_t count = ListOf(active, list);
     test(list, count);
     LoadHits(active);

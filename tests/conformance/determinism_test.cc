@@ -2,12 +2,22 @@
 // the batch is handed over, whatever the settings, and whoever else is tracing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cfenv>
 #include <cstring>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <thread>
+#include <tuple>
+#include <vector>
 
 #include "contest.h"
 #include "random.h"
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
 
 namespace dacrt::tests {
 namespace {
@@ -162,6 +172,168 @@ TEST_P(DeterminismTest, ConcurrentCallers) {
     EXPECT_EQ(first_differences, std::vector<std::size_t>(kCallers, rays_.size()));
   }
 }
+
+#if defined(__SSE2__)
+
+/// How a caller's arithmetic rounds, and what it does with the smallest numbers.
+struct Arithmetic {
+  const char* name;
+  unsigned flags = 0;  ///< of the control register that SSE and its kin share
+  int rounding = FE_TONEAREST;
+};
+
+/// The thread's, as long as it lives.
+class WithArithmetic {
+ public:
+  explicit WithArithmetic(const Arithmetic& arithmetic) : before_(_mm_getcsr()) {
+    std::fesetround(arithmetic.rounding);
+    _mm_setcsr(_mm_getcsr() | arithmetic.flags);
+  }
+  ~WithArithmetic() {
+    std::fesetround(FE_TONEAREST);
+    _mm_setcsr(before_);
+  }
+  WithArithmetic(const WithArithmetic&) = delete;
+  WithArithmetic& operator=(const WithArithmetic&) = delete;
+
+ private:
+  const unsigned before_;
+};
+
+constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x40;
+
+/// A scene of ordinary triangles, of such as give products that are no normal numbers any more, or
+/// of such whose normals are none, and rays for it.
+class ArithmeticTest : public testing::TestWithParam<std::tuple<Arithmetic, float>> {
+ protected:
+  ArithmeticTest() {
+    const float scale = std::get<float>(GetParam());
+    description_ = MakeScene("soup");
+    TestMesh& mesh = description_.meshes.front();
+    mesh.triangles.resize(3000);
+    for (Float3& p : mesh.positions) p = {scale * p.x, scale * p.y, scale * p.z};
+    plain_.emplace(alone_, description_);
+    const RayGenerator generator(description_, *plain_);
+    for (const RayKind kind : AllRayKinds()) {
+      const auto some = generator.Make(kind, 200, SeedFor(Name(kind), 8));
+      rays_.insert(rays_.end(), some.begin(), some.end());
+    }
+  }
+
+  /// Calls for single rays and packets are many; a part of the rays is enough for them.
+  std::vector<RTCRayHit> Ask(const EmbreeScene& scene, const Form& form, Query query,
+                             const Arithmetic& arithmetic) const {
+    const std::size_t step = form.call == Form::Call::kRecords ? 1 : 50;
+    std::vector<RTCRayHit> part;
+    for (std::size_t i = 0; i < rays_.size(); i += step) part.push_back(rays_[i]);
+    const WithArithmetic with_arithmetic(arithmetic);
+    return Trace(scene, form, query, part);
+  }
+
+  const Arithmetic& arithmetic() const { return std::get<Arithmetic>(GetParam()); }
+
+  static std::vector<Form> Forms() {
+    return {{Form::Call::kRecords},
+            {Form::Call::kPackets, true, 8},
+            {Form::Call::kPacket, false, 8},
+            {Form::Call::kRecord}};
+  }
+
+  static std::vector<std::string> Configs() {
+    std::vector<std::string> configs;
+    for (const char* const budget : {"0", "20000", "default", "unlimited"}) {
+      for (const char* const rest : {"threads=1", "threads=2,dacrt_piece_rays=64"}) {
+        configs.push_back(std::string("dacrt_budget=") + budget + "," + rest);
+      }
+    }
+    return configs;
+  }
+
+  TestScene description_;
+  const EmbreeDevice alone_{DropIn(), "threads=1,dacrt_budget=0"};
+  std::optional<EmbreeScene> plain_;
+  std::vector<RTCRayHit> rays_;
+};
+
+std::string NameOfArithmetic(const testing::TestParamInfo<std::tuple<Arithmetic, float>>& info) {
+  const float scale = std::get<float>(info.param);
+  return std::string(std::get<Arithmetic>(info.param).name) + (scale == 1       ? ""
+                                                               : scale < 1e-15f ? "Tiny"
+                                                                                : "Small");
+}
+
+const auto kScales = testing::Values(1.0f, 1e-13f, 1e-20f);
+
+INSTANTIATE_TEST_SUITE_P(
+    , ArithmeticTest,
+    testing::Combine(testing::Values(Arithmetic{"Default"}, Arithmetic{"FlushToZero", kFlushToZero},
+                                     Arithmetic{"DenormalsAreZero", kDenormalsAreZero},
+                                     Arithmetic{"Both", kFlushToZero | kDenormalsAreZero}),
+                     kScales),
+    NameOfArithmetic);
+
+// A hit depends on what the caller's arithmetic makes of small numbers, and on nothing else: not on
+// the threads, the pieces, the budget, the form and the size of the calls.
+TEST_P(ArithmeticTest, IsTheCallersInEveryPartOfACall) {
+  for (const Query query : {Query::kClosest, Query::kAny}) {
+    for (const Form& form : Forms()) {
+      const auto expected = Ask(*plain_, form, query, arithmetic());
+      if (arithmetic().flags == 0 && std::get<float>(GetParam()) > 1e-15f) {
+        EXPECT_GT(
+            std::count_if(expected.begin(), expected.end(),
+                          [](const RTCRayHit& r) { return r.hit.geomID == 0 || r.ray.tfar < 0; }),
+            10);
+      }
+      for (const std::string& config : Configs()) {
+        SCOPED_TRACE(config + ", " + Name(query) + ", " + Name(form));
+        const EmbreeDevice device(DropIn(), config);
+        const EmbreeScene scene(device, description_);
+        EXPECT_EQ(FirstDifference(expected, Ask(scene, form, query, arithmetic())),
+                  expected.size());
+      }
+    }
+  }
+}
+
+class SplittingArithmeticTest : public ArithmeticTest {};
+
+INSTANTIATE_TEST_SUITE_P(
+    , SplittingArithmeticTest,
+    testing::Combine(
+        testing::Values(Arithmetic{"Both", kFlushToZero | kDenormalsAreZero},
+                        Arithmetic{"Upward", 0, FE_UPWARD}, Arithmetic{"Downward", 0, FE_DOWNWARD},
+                        Arithmetic{"TowardZero", 0, FE_TOWARDZERO},
+                        Arithmetic{"AllAtOnce", kFlushToZero | kDenormalsAreZero, FE_DOWNWARD}),
+        kScales),
+    NameOfArithmetic);
+
+// What is kept was made by whoever came first, and serves all: it does not matter with which
+// arithmetic.
+TEST_P(SplittingArithmeticTest, LeavesNoTraceInWhatIsKept) {
+  const Arithmetic ordinary{"Default"};
+  for (const std::string& config : Configs()) {
+    if (config.starts_with("dacrt_budget=0")) continue;
+    const EmbreeDevice device(DropIn(), config);
+    std::optional<EmbreeScene> scene;
+    {
+      const WithArithmetic with_arithmetic(arithmetic());
+      scene.emplace(device, description_);
+    }
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      Ask(*scene, {Form::Call::kRecords}, query, arithmetic());
+      Ask(*scene, {Form::Call::kRecord}, query, arithmetic());
+    }
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      for (const Form& form : Forms()) {
+        SCOPED_TRACE(config + ", " + Name(query) + ", " + Name(form));
+        const auto expected = Ask(*plain_, form, query, ordinary);
+        EXPECT_EQ(FirstDifference(expected, Ask(*scene, form, query, ordinary)), expected.size());
+      }
+    }
+  }
+}
+
+#endif
 
 }  // namespace
 }  // namespace dacrt::tests

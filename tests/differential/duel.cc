@@ -63,11 +63,10 @@ bool IsStream(const Form& form) {
 }
 
 Company CompanyOf(const Batch& batch, std::span<const RTCRayHit> rays, std::size_t i) {
-  Company company{PacketAround(batch.form, rays, i), {}};
-  if (IsStream(batch.form) && !batch.form.coherent && batch.query == Query::kAny) {
-    company.earlier = rays.first(i);
-  }
-  return company;
+  const std::span<const RTCRayHit> packet = PacketAround(batch.form, rays, i);
+  // Up to 32 occlusion rays of a stream follow the first of them, which may be any before.
+  const bool follows = IsStream(batch.form) && !batch.form.coherent && batch.query == Query::kAny;
+  return {packet, follows ? rays.first(i) : packet};
 }
 
 }  // namespace

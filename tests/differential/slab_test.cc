@@ -77,8 +77,8 @@ bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
   return false;
 }
 
-bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> earlier) {
-  return std::any_of(earlier.begin(), earlier.end(), [&](const RTCRayHit& other) {
+bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> guides) {
+  return std::any_of(guides.begin(), guides.end(), [&](const RTCRayHit& other) {
     bool loses_sign = false;
     for (int axis = 0; axis < 3; ++axis) {
       const float own = (&ray.dir_x)[axis], first = (&other.ray.dir_x)[axis];

@@ -33,16 +33,15 @@ struct SlabBox {
 bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
                      std::span<const RTCRayHit> packet);
 
-/// Whether the real library may take near planes for far ones. Where it asks for occlusion it walks
-/// up to 32 rays of a stream together whose directions have the same signs, and takes the order of
-/// the planes from the first one's reciprocals; those of components above -1e-18 have lost their
-/// sign. `earlier` are the rays of the call before this one.
-bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> earlier);
+/// Whether the real library may take near planes for far ones. Where rays whose directions have the
+/// same signs go together, it takes the order of the planes from others' reciprocals, and those of
+/// components above -1e-18 have lost their sign. `guides` are the rays that it may take it from.
+bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> guides);
 
 /// The rays that the real library may trace together with one.
 struct Company {
-  std::span<const RTCRayHit> packet;   ///< for SlabTestMayMiss
-  std::span<const RTCRayHit> earlier;  ///< for PlanesMayBeSwapped
+  std::span<const RTCRayHit> packet;  ///< for SlabTestMayMiss
+  std::span<const RTCRayHit> guides;  ///< for PlanesMayBeSwapped
 };
 
 }  // namespace dacrt::tests

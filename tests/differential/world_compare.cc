@@ -193,8 +193,7 @@ class Judge {
 
   bool MayLose(const PossibleHit& hit, float tfar, Library library) const {
     return library == Library::kReal &&
-           (PlanesMayBeSwapped(before_.ray, company_.earlier) ||
-            reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_.packet));
+           reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_);
   }
 
   static bool IsSame(const Offer& a, const Offer& b) {

@@ -340,19 +340,33 @@ WorldReference::Box WorldReference::BoxOfInstance(const WorldGeometry& instance,
 }
 
 bool WorldReference::SlabTestMayMiss(const RTCRay& ray, float tfar, const Part& part,
-                                     std::span<const RTCRayHit> packet) const {
+                                     const Company& company) const {
+  if (PlanesMayBeSwapped(ray, company.guides)) return true;
   const auto moves = [](const WorldGeometry* geometry) {
     return geometry && geometry->StepCount() > 1;
   };
   if (has_time_ranges_ && (moves(part.geometry) || moves(part.instance))) return true;
   ApproximateRay local_ray = Exactly(ray);
   const Box box = BoxOf(part, ray.time);
-  if (!part.instance) return tests::SlabTestMayMiss(local_ray, tfar, box, packet);
+  if (!part.instance) return tests::SlabTestMayMiss(local_ray, tfar, box, company.packet);
   const ApproximateTransform to_world = ToWorld(*part.instance, MomentAt(*part.instance, ray.time));
-  if (tests::SlabTestMayMiss(local_ray, tfar, BoxOfInstance(*part.instance, to_world), packet)) {
+  if (tests::SlabTestMayMiss(local_ray, tfar, BoxOfInstance(*part.instance, to_world),
+                             company.packet)) {
     return true;
   }
-  return tests::SlabTestMayMiss(ToInstance(local_ray, to_world), tfar, box, {});
+  // Packets stay together in instances.
+  const auto to_instance = [&](RTCRayHit record) {
+    const ApproximateRay local = ToInstance(Exactly(record.ray), to_world);
+    for (int axis = 0; axis < 3; ++axis) {
+      (&record.ray.org_x)[axis] = static_cast<float>(local.org[axis].value);
+      (&record.ray.dir_x)[axis] = static_cast<float>(local.dir[axis].value);
+    }
+    return record;
+  };
+  std::vector<RTCRayHit> local_packet;
+  for (const RTCRayHit& other : company.packet) local_packet.push_back(to_instance(other));
+  return PlanesMayBeSwapped(to_instance({ray, {}}).ray, local_packet) ||
+         tests::SlabTestMayMiss(ToInstance(local_ray, to_world), tfar, box, local_packet);
 }
 
 }  // namespace dacrt::tests

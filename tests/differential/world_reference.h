@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "shape_tests.h"
+#include "slab_test.h"
 #include "world.h"
 
 namespace dacrt::tests {
@@ -62,10 +62,9 @@ class WorldReference {
 
   /// Whether the real library's slab tests, in single precision, may lose hits of a part: it does
   /// not widen its boxes where scenes are not robust. `tfar` is where the ray ends, or the nearest
-  /// hit found before; `packet` are rays that it may test together, by the intervals of their
-  /// origins and reciprocal directions.
+  /// hit found before; `company` are rays that it may test together.
   bool SlabTestMayMiss(const RTCRay& ray, float tfar, const Part& part,
-                       std::span<const RTCRayHit> packet) const;
+                       const Company& company) const;
 
  private:
   struct Sphere {
