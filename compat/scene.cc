@@ -49,7 +49,8 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
   instance_count_ += geometry->IsInstance();
   ++revision_;
   if (geometry->is_enabled()) visible_revision_ = revision_;
-  Attached& attached = geometries_[id] = {std::move(geometry)};
+  Attached& attached = geometries_[id] = {};
+  attached.geometry = std::move(geometry);
   const auto gone = gone_.find(id);
   if (gone == gone_.end()) return;
   attached.trace = gone->second;

@@ -107,9 +107,14 @@ void GeometryTable::FindCommonMask() {
 }
 
 std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
-  const auto found = std::ranges::equal_range(meshes_, geometry_id, {}, &TriangleMesh::geometry_id);
-  if (found.size() != 1) return std::nullopt;
-  return static_cast<uint32_t>(found.begin() - meshes_.begin());
+  const auto found = std::lower_bound(
+      meshes_.begin(), meshes_.end(), geometry_id,
+      [](const TriangleMesh& mesh, uint32_t id) { return mesh.geometry_id < id; });
+  const auto has_id = [&](auto mesh) {
+    return mesh != meshes_.end() && mesh->geometry_id == geometry_id;
+  };
+  if (!has_id(found) || has_id(found + 1)) return std::nullopt;
+  return static_cast<uint32_t>(found - meshes_.begin());
 }
 
 void GeometryTable::Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept {

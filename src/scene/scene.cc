@@ -7,7 +7,6 @@
 #include <mutex>
 #include <new>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -201,8 +200,8 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
     }
     for (Change& change : changes) geometries.Exchange(change.geometry, change.successor);
     const auto go_back = [&] {
-      for (Change& change : std::views::reverse(changes)) {
-        geometries.Exchange(change.geometry, change.successor);
+      for (auto change = changes.rbegin(); change != changes.rend(); ++change) {
+        geometries.Exchange(change->geometry, change->successor);
       }
     };
     try {

@@ -1,17 +1,14 @@
 // Programs whose address space ends, from the first call on, a little later in each run: what
 // cannot be had, memory, mappings or threads, is reported, and is there once there is room again.
 #include <gtest/gtest.h>
-#include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <new>
 #include <string>
 
+#include "in_process.h"
 #include "sanitized.h"
 #include "step_program.h"
 
@@ -77,28 +74,18 @@ void RunProgram(const char* config, std::size_t more, Outcome& outcome) {
 }
 
 /// The same in a process of its own, in which no thread was started yet.
-Outcome RunInProcess(const char* config, std::size_t more) {
-  void* const shared =
-      mmap(nullptr, sizeof(Outcome), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  auto* const outcome = new (shared) Outcome;
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(60);  // one that hangs
-    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);
+Outcome RunAlone(const char* config, std::size_t more) {
+  Outcome outcome;
+  const Ending ending = RunInProcess(outcome, [&](Outcome& own) {
     TouchStack();
-    RunProgram(config, more, *outcome);
-    _exit(0);
+    RunProgram(config, more, own);
+  });
+  if (ending.Signal() == SIGABRT && config != kOneThread) {
+    outcome.ended_by_onetbb = true;
+  } else if (const char* const complaint = ending.Complaint()) {
+    outcome.complaint = complaint;
   }
-  int status = 0;
-  waitpid(child, &status, 0);
-  Outcome result = *outcome;
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT && config != kOneThread) {
-    result.ended_by_onetbb = true;
-  } else if (WIFSIGNALED(status)) {
-    result.complaint = WTERMSIG(status) == SIGALRM ? "hangs" : strsignal(WTERMSIG(status));
-  }
-  munmap(shared, sizeof(Outcome));
-  return result;
+  return outcome;
 }
 
 class AddressSpace : public testing::TestWithParam<const char*> {};
@@ -112,7 +99,7 @@ TEST_P(AddressSpace, WhatCannotBeHadIsReportedAndThereLater) {
   constexpr std::size_t kMost = 20 << 20, kStep = 160 << 10;  // a thread's stack has 8 MB
   std::size_t runs = 0, refused = 0, ended = 0;
   for (std::size_t more = 0; more < kMost; more += kStep) {
-    const Outcome outcome = RunInProcess(GetParam(), more);
+    const Outcome outcome = RunAlone(GetParam(), more);
     EXPECT_STREQ(outcome.complaint, nullptr) << more << " bytes, step " << outcome.step;
     ++runs;
     refused += outcome.refused;

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,6 +14,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "in_process.h"
 #include "sanitized.h"
 #include "step_program.h"
 
@@ -96,6 +96,8 @@ void* mmap(void* address, std::size_t bytes, int protection, int flags, int file
 
 namespace {
 
+using dacrt::tests::Ending;
+using dacrt::tests::RunInProcess;
 using dacrt::tests::StepProgram;
 
 /// What a process says of its run.
@@ -156,44 +158,32 @@ Outcome RunProgram(const char* config, std::size_t armed, long first, bool all) 
   return outcome;
 }
 
-/// The same in a process of its own. What it prints goes where the test's does.
-Outcome RunInProcess(const char* config, std::size_t armed, long first, bool all) {
-  void* const shared =
-      mmap(nullptr, sizeof(Outcome), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  auto* const outcome = new (shared) Outcome;
-  outcome->complaint = "ended";
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(60);  // one that hangs
-    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);
+/// The same in a process of its own.
+Outcome RunAlone(const char* config, std::size_t armed, long first, bool all) {
+  Outcome outcome;
+  outcome.complaint = "ended";
+  const Ending ending = RunInProcess(outcome, [&](Outcome& own) {
     RunProgram(config, SIZE_MAX, 0,
                false);  // what libraries keep once they were used is there then
-    *outcome = RunProgram(config, armed, first, all);
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  Outcome result = *outcome;
-  if (WIFSIGNALED(status)) {
-    result.complaint = WTERMSIG(status) == SIGALRM ? "hangs" : "ended by a signal";
-  }
-  munmap(shared, sizeof(Outcome));
-  return result;
+    own = RunProgram(config, armed, first, all);
+  });
+  if (const char* const complaint = ending.Complaint()) outcome.complaint = complaint;
+  return outcome;
 }
 
 /// Fails if one of the program's steps cannot do without one allocation, or without those from one
 /// on.
 void ExpectSurvivesEveryRefusal(const char* config, bool all) {
   if (DACRT_TEST_SANITIZED) GTEST_SKIP() << "the sanitizer has an allocator of its own";
-  const Outcome undisturbed = RunInProcess(config, SIZE_MAX, 0, false);
+  const Outcome undisturbed = RunAlone(config, SIZE_MAX, 0, false);
   ASSERT_EQ(undisturbed.complaint, nullptr);
   ASSERT_EQ(undisturbed.left_blocks, 0);
   const std::size_t steps = StepProgram(config).Steps().size();
   std::size_t runs = 0;
   for (std::size_t step = 0; step < steps; ++step) {
-    const long allocations = RunInProcess(config, step, LONG_MAX, false).allocations;
+    const long allocations = RunAlone(config, step, LONG_MAX, false).allocations;
     for (long first = 0; first < allocations; ++first, ++runs) {
-      const Outcome outcome = RunInProcess(config, step, first, all);
+      const Outcome outcome = RunAlone(config, step, first, all);
       EXPECT_STREQ(outcome.complaint, nullptr)
           << "step " << step << ", allocation " << first << " of " << allocations;
       EXPECT_EQ(outcome.left_blocks, 0)
@@ -222,14 +212,14 @@ TEST_P(OutOfMemory, NothingIsThrownWhereThereIsNoMemoryAtAll) {
 // Objects end without memory: giving workspaces back took some.
 TEST_P(OutOfMemory, EverythingIsReleasedWithoutMemory) {
   if (DACRT_TEST_SANITIZED) GTEST_SKIP() << "the sanitizer has an allocator of its own";
-  EXPECT_STREQ(RunInProcess(GetParam(), SIZE_MAX - 1, 0, true).complaint, nullptr);
+  EXPECT_STREQ(RunAlone(GetParam(), SIZE_MAX - 1, 0, true).complaint, nullptr);
 }
 
 // The first to ask for the table of buffers was one that ended.
 TEST(OutOfMemoryAtTheEnd, BuffersThatHaveNoHandleEndWithoutMemory) {
   if (DACRT_TEST_SANITIZED) GTEST_SKIP() << "the sanitizer has an allocator of its own";
-  const pid_t child = fork();
-  if (child == 0) {
+  Outcome nothing;
+  const Ending ending = RunInProcess(nothing, [](Outcome&) {
     static float vertices[9];
     const RTCDevice device = rtcNewDevice("threads=1");
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -238,11 +228,9 @@ TEST(OutOfMemoryAtTheEnd, BuffersThatHaveNoHandleEndWithoutMemory) {
     refusals = {true, 0, true, 0};
     rtcReleaseGeometry(geometry);
     rtcReleaseDevice(device);
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    refusals.armed = false;
+  });
+  EXPECT_STREQ(ending.Complaint(), nullptr);
 }
 
 }  // namespace
