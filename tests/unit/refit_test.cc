@@ -337,13 +337,13 @@ TEST(RefitTest, HiddenMeshesAreNotThereAndComeBack) {
     film.Check(rays);
     for (std::size_t i = 20; i < 60; i += 20) {
       // What is hidden is not read: this one lies elsewhere by now.
-      for (Float3& v : film.meshes[i].vertices) v[2] += 0.3f;
+      for (Float3& v : film.meshes[i].vertices) v[2] += 0.02f;
       ++film.revisions[i];
       film.hidden[i] = false;
       ASSERT_TRUE(film.Update(i));
     }
     film.Check(rays);
-    for (Float3& v : film.meshes[3].vertices) v[2] -= 0.1f;
+    for (Float3& v : film.meshes[3].vertices) v[2] -= 0.02f;
     ++film.revisions[3];
     ASSERT_TRUE(film.Update(3)) << "beside hidden ones";
     film.Check(rays);
