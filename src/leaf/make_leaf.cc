@@ -244,8 +244,8 @@ void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* 
   }
 }
 
-/// Renews the vertices of still triangles, of which some may be hidden now. False if that is not all that a leaf holds, or corners
-/// have come apart.
+/// Renews the vertices of still triangles, of which some may be hidden now. False if that is not
+/// all that a leaf holds, or corners have come apart.
 bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, LeafBlock& block) {
   if (!items.is_plain) return false;
   DACRT_ASSERT(block.IsPlain() && block.second == 0 && block.lanes == items.count);
