@@ -90,17 +90,16 @@ void Scene::Detach(unsigned int id) {
   if (place == geometries_.end()) {
     throw ApiError(RTC_ERROR_INVALID_OPERATION, "geomID = ", id, " is not attached");
   }
+  Remember(id, place->second.trace, gone_);
   detached = std::move(place->second);
   instance_count_ -= detached.geometry->IsInstance();
-  Forget(id, detached.trace);
   geometries_.erase(place);
   if (id >= device_->first_geometry_id()) first_free_id_ = std::min(first_free_id_, id);
   visible_revision_ = ++revision_;
 }
 
-/// Keeps in mind what the snapshot knows of a geometry that is not there any more.
-void Scene::Forget(unsigned int id, const Trace& trace) {
-  if (trace.is_visible || trace.used_count > 0) gone_[id] = trace;
+void Scene::Remember(unsigned int id, const Trace& trace, std::map<unsigned int, Trace>& gone) {
+  if (trace.is_visible || trace.used_count > 0) gone[id] = trace;
 }
 
 Geometry* Scene::Find(unsigned int id) const {
@@ -291,6 +290,12 @@ Scene::Selection Scene::Select() const {
 
 void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
   const std::lock_guard lock(geometries_mutex_);
+  // Before anything changes: there may be no memory for it. Geometries may have come and gone since
+  // the commit began.
+  std::map<unsigned int, Trace> gone;
+  for (const auto& [id, attached] : selection.attached) {
+    if (!geometries_.contains(id)) Remember(id, attached.trace, gone);
+  }
   if (snapshot->takes_over()) {
     // One that instances show stays as it is.
     if (snapshot_.use_count() > 1) {
@@ -300,14 +305,14 @@ void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
     }
   }
   snapshot->Keep(std::move(selection.used));
-  // Both are in the order of IDs. Geometries may have come and gone since the commit began.
-  gone_.clear();
+  gone_.swap(gone);
+  // Both are in the order of IDs.
   auto place = geometries_.begin();
   for (const auto& [id, attached] : selection.attached) {
     while (place != geometries_.end() && place->first < id) ++place;
-    if (place == geometries_.end() || place->first != id) {
-      Forget(id, attached.trace);
-    } else if (place->second.geometry == attached.geometry) {
+    if (place == geometries_.end()) break;
+    if (place->first != id) continue;
+    if (place->second.geometry == attached.geometry) {
       place->second = attached;
     } else {
       place->second = {.geometry = place->second.geometry, .trace = attached.trace};

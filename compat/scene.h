@@ -163,7 +163,8 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// Brings the snapshot up to date in its place. False, and nothing is done, if another one must
   /// be made. What the old one used and the new one does not goes into `dropped`.
   bool Update(const Changes& changes, Used& dropped);
-  void Forget(unsigned int id, const Trace& trace);
+  /// Keeps what the snapshot knows of a geometry that is not there any more.
+  static void Remember(unsigned int id, const Trace& trace, std::map<unsigned int, Trace>& gone);
   static dacrt::Geometry Describe(const Place& place, bool context_filter, Used& used);
   /// Says that a geometry was committed as it is.
   static void SetCommitted(Attached& attached);

@@ -244,8 +244,8 @@ void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* 
   }
 }
 
-/// Renews the vertices of still triangles. False if that is not all that a leaf holds, or corners
-/// have come apart.
+/// Renews the vertices of still triangles, of which some may be hidden now. False if that is not
+/// all that a leaf holds, or corners have come apart.
 bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, LeafBlock& block) {
   if (!items.is_plain) return false;
   DACRT_ASSERT(block.IsPlain() && block.second == 0 && block.lanes == items.count);
@@ -255,7 +255,12 @@ bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, Lea
   for (std::size_t lane = 0; lane < block.lanes; ++lane) {
     const GeometryTable::Name name = items.names[lane];
     Corners corners;
-    if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) return false;
+    if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) {
+      // Of a geometry that is hidden: it has no area, and leaves the block its room to come back.
+      auto* const indices = const_cast<uint8_t*>(block.indices());
+      for (std::size_t k = 1; k < 3; ++k) indices[k * kLeafLanes + lane] = indices[lane];
+      continue;
+    }
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t vertex = block.indices()[k * kLeafLanes + lane];
       float* const place = data + vertex;

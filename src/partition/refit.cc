@@ -27,7 +27,7 @@ bool HaveSameItems(const GeometryTable& before, const GeometryTable& now) {
 }
 
 bool IsChanged(const Geometry& before, const Geometry& now) {
-  return now.revision == 0 || before.hidden != now.hidden || before.revision != now.revision ||
+  return now.revision == 0 || before.revision != now.revision ||
          before.vertex_count != now.vertex_count || !AreSame(before.vertices, now.vertices) ||
          !AreSame(before.normals, now.normals);
 }

@@ -107,6 +107,37 @@ void ExpectHeld(const Family& family, const std::string& what) {
   }
 }
 
+// Wherever among its siblings an empty box stands, they are held as ever; alone it is a point.
+void EmptyBoxesBecomePoints() {
+  Random random(6);
+  for (uint32_t empty = 1; empty < 256; ++empty) {
+    Family family;
+    ChildBoxes boxes;
+    for (size_t i = 0; i < WideNode::kWidth; ++i) {
+      const bool is_empty = empty >> i & 1;
+      if (!is_empty) family.Add(random.InCube(-1, 1), random.InCube(-1, 1));
+      boxes.Set(i, is_empty ? Box::Empty() : family.boxes.back());
+    }
+    WideNode node{};
+    boxes.FillEmpty(WideNode::kWidth);
+    boxes.Encode(WideNode::kWidth, node);
+    const Volumes decoded = Decode(node, 0);
+    size_t next = 0;
+    for (size_t i = 0; i < WideNode::kWidth; ++i) {
+      const bool is_empty = empty >> i & 1;
+      const Box* const box = is_empty ? nullptr : &family.boxes[next++];
+      for (int axis = 0; axis < 3; ++axis) {
+        const float lower = decoded.lower[axis][i], upper = decoded.upper[axis][i];
+        if (box) {
+          ASSERT_LE(lower, WideFace(box->lower[axis], false)) << empty << " child " << i;
+          ASSERT_GE(upper, WideFace(box->upper[axis], true)) << empty << " child " << i;
+        }
+        ASSERT_LE(upper - lower, 2.1f) << empty << " child " << i;
+      }
+    }
+  }
+}
+
 // Boxes of every size and place, also without extent on an axis or on all.
 void HoldsItsChildrenTightly() {
   Random random(1);
@@ -338,6 +369,7 @@ namespace dacrt {
 
 HWY_BEFORE_TEST(WideNodeTest);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, HoldsItsChildrenTightly);
+HWY_EXPORT_AND_TEST_P(WideNodeTest, EmptyBoxesBecomePoints);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, FacesOnSteps);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, StepsSpanTheWhole);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, ScenesOfEveryShape);
