@@ -258,7 +258,15 @@ bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, Lea
     if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) {
       // Of a geometry that is hidden: it has no area, and leaves the block its room to come back.
       auto* const indices = const_cast<uint8_t*>(block.indices());
-      for (std::size_t k = 1; k < 3; ++k) indices[k * kLeafLanes + lane] = indices[lane];
+      for (std::size_t k = 1; k < 3; ++k) {
+        if (vertices < LeafBlock::kByLane) {
+          indices[k * kLeafLanes + lane] = indices[lane];
+          continue;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          data[axis * vertices + k * kLeafLanes + lane] = data[axis * vertices + lane];
+        }
+      }
       continue;
     }
     for (std::size_t k = 0; k < 3; ++k) {

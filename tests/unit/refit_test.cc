@@ -352,6 +352,21 @@ TEST(RefitTest, HiddenMeshesAreNotThereAndComeBack) {
   }
 }
 
+// In scenes of every size: leaves of small ones are prepared.
+TEST(RefitTest, HiddenMeshesOfSmallScenes) {
+  for (const uint32_t side : {1u, 3u, 12u}) {
+    Film film(MakeSheets(4, side));
+    film.Check(3000);
+    for (const std::size_t i : {0u, 2u, 3u}) {
+      ASSERT_TRUE(film.Hide(i));
+      film.Check(3000);
+    }
+    film.hidden[2] = false;
+    ASSERT_TRUE(film.Update(2));
+    film.Check(3000);
+  }
+}
+
 TEST(RefitTest, AllMeshesMayBeHidden) {
   Film film(MakeSheets(3, 40));
   film.Check(5000);
