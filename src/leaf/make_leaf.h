@@ -22,7 +22,7 @@ struct LeafItems {
 LeafItems FindItems(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
                     std::size_t most);
 
-/// What a leaf is made of lies anywhere in the meshes: two steps that fetch it, each of which
+/// What a leaf is made of lies anywhere in memory: two steps that fetch it, each of which
 /// needs what the one before it has fetched. Whoever has several leaves to make takes each step for
 /// all.
 void FetchIndices(const GeometryTable& geometries, const LeafItems& items);
