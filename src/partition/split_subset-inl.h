@@ -55,12 +55,12 @@ enum class SplitRule { kFast, kWell };
 
 /// Triangles up to which ranges are split on three axes. Sponza, ms to split it and trace 10,000
 /// diffuse rays, and to trace 200,000 when it is split: with 0 40 and 76, 16 44 and 75, 32 44 and
-/// 71, 48 45 and 72; with all 54 and 71. With nodes of least surface, ms for the first 1,024 rays
-/// and ns a ray for 65,536 when it is split: with 32 24.3 and 215, 64 25.9 and 196, 128 27.6 and
-/// 196. Where leaves are large nodes have no room for what curves cost, and it is all.
+/// 71, 48 45 and 72; with all 54 and 71. With nodes of least surface, ms for the first 1,024 rays, ns
+/// a diffuse and a shadow ray of 65,536 when it is split: with 32 24.3, 215; 64 25.9, 196, 58.8; 128
+/// 27.6, 196, 54.6. Where leaves are large nodes have no room for what curves cost, and it is all.
 constexpr size_t BySurface(SplitRule rule, size_t leaf_lanes) {
   if (leaf_lanes > kLeafLanes) return SubsetScratch::kTriangles;
-  return rule == SplitRule::kFast ? 0 : 64;
+  return rule == SplitRule::kFast ? 0 : 128;
 }
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
