@@ -1,5 +1,7 @@
 #include "leaf/callback_packet.h"
 
+#include "rays/record_layout.h"
+
 namespace dacrt {
 
 void CallbackPacket::SetRay(std::size_t lane, RayNumber number, float tfar) {
@@ -34,14 +36,7 @@ void CallbackPacket::SetHit(std::size_t lane, const FullHit& hit) {
 }
 
 FullHit CallbackPacket::GetHit(std::size_t lane) const {
-  using enum PacketComponent;
-  return {{Get<float>(kNgX, lane), Get<float>(kNgY, lane), Get<float>(kNgZ, lane)},
-          Get<float>(kU, lane),
-          Get<float>(kV, lane),
-          Get<uint32_t>(kPrimitiveId, lane),
-          Get<uint32_t>(kGeometryId, lane),
-          Get<uint32_t>(kInstanceId, lane),
-          Get<float>(kTfar, lane)};
+  return RecordLayout::ReadHit(values_, width_, lane);
 }
 
 CallbackArguments CallbackPacket::Arguments(Query query, uint32_t geometry, uint32_t primitive_id) {

@@ -41,14 +41,6 @@ class alignas(64) CallbackPacket {
     std::memcpy(&values_[static_cast<std::size_t>(component) * width_ + lane], &value,
                 sizeof(value));
   }
-  template <class T>
-  T Get(PacketComponent component, std::size_t lane) const {
-    static_assert(sizeof(T) == sizeof(uint32_t));
-    T value;
-    std::memcpy(&value, &values_[static_cast<std::size_t>(component) * width_ + lane],
-                sizeof(value));
-    return value;
-  }
 
   alignas(64) uint32_t values_[kPacketComponents * kMostLanes];
   const TraceTask& task_;

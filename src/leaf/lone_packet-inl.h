@@ -49,24 +49,7 @@ class LonePacket {
   bool is_valid() const { return valid_ != 0; }
 
   /// The hit as it is now. Value by value: a function may have written some of them.
-  HWY_INLINE FullHit Hit() const {
-    using enum PacketComponent;
-    const auto get = [&](PacketComponent component, auto& value) {
-      static_assert(sizeof(value) == sizeof(float));
-      memcpy(&value, &values_[static_cast<size_t>(component)], sizeof(value));
-    };
-    FullHit hit;
-    get(kNgX, hit.ng[0]);
-    get(kNgY, hit.ng[1]);
-    get(kNgZ, hit.ng[2]);
-    get(kU, hit.u);
-    get(kV, hit.v);
-    get(kPrimitiveId, hit.primitive_id);
-    get(kGeometryId, hit.geometry_id);
-    get(kInstanceId, hit.instance_id);
-    get(kTfar, hit.t);
-    return hit;
-  }
+  HWY_INLINE FullHit Hit() const { return RecordLayout::ReadHit(values_, 1, 0); }
 
  private:
   HWY_INLINE void PutVector(const float* record, const float* xyz, PacketComponent first) {

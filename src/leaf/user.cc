@@ -1,7 +1,6 @@
 #include "leaf/user.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "leaf/callback_packet.h"
 
@@ -9,11 +8,10 @@ namespace dacrt {
 namespace {
 
 FullHit HitOf(const TraceTask& task, RayNumber number, Query query) {
-  constexpr FullHit kNone{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
-  if (query == Query::kAny) return kNone;
+  if (query == Query::kAny) return kNoHit;
   const RayRecord& ray = task.rays[number];
   uint32_t geometry;
-  FullHit hit = ray.state & RayRecord::kHasHit ? task.HitOf(number, geometry) : kNone;
+  FullHit hit = ray.state & RayRecord::kHasHit ? task.HitOf(number, geometry) : kNoHit;
   hit.t = ray.tfar;
   return hit;
 }
@@ -56,7 +54,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uin
       if (now.t < 0) ray.tfar = now.t;
       continue;
     }
-    if (std::memcmp(&now, &before[i], sizeof(now)) == 0) continue;
+    if (IsSame(now, before[i])) continue;
     ray.state = RayRecord::kHasHit;
     ray.hit = geometry;
     task.hits[rays[i]] = now;

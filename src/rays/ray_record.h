@@ -55,6 +55,20 @@ struct FullHit {
   float t;
 };
 
+/// What callbacks see where there is no hit.
+inline constexpr FullHit kNoHit{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+
+/// Whether two hits are the same, to the bit. Value by value, as they stand in registers.
+inline bool IsSame(const FullHit& a, const FullHit& b) {
+  const auto differ = [](float x, float y) {
+    return std::bit_cast<uint32_t>(x) ^ std::bit_cast<uint32_t>(y);
+  };
+  return (differ(a.t, b.t) | differ(a.ng[0], b.ng[0]) | differ(a.ng[1], b.ng[1]) |
+          differ(a.ng[2], b.ng[2]) | differ(a.u, b.u) | differ(a.v, b.v) |
+          (a.primitive_id ^ b.primitive_id) | (a.geometry_id ^ b.geometry_id) |
+          (a.instance_id ^ b.instance_id)) == 0;
+}
+
 /// The number of a ray in its piece.
 using RayNumber = uint16_t;
 inline constexpr std::size_t kMostPieceRays = std::size_t{1} << 16;

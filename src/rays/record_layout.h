@@ -140,6 +140,29 @@ class RecordLayout {
     write(kInstanceId, hit.instance_id);
   }
 
+  /// The hit of a lane of a packet of `width` lanes in the order of PacketComponent.
+  static HWY_INLINE FullHit ReadHit(const void* packet, std::size_t width, std::size_t lane) {
+    using enum PacketComponent;
+    const auto read = [&](PacketComponent component, auto& value) {
+      static_assert(sizeof(value) == sizeof(float));
+      std::memcpy(
+          &value,
+          static_cast<const float*>(packet) + static_cast<std::size_t>(component) * width + lane,
+          sizeof(value));
+    };
+    FullHit hit;
+    read(kNgX, hit.ng[0]);
+    read(kNgY, hit.ng[1]);
+    read(kNgZ, hit.ng[2]);
+    read(kU, hit.u);
+    read(kV, hit.v);
+    read(kPrimitiveId, hit.primitive_id);
+    read(kGeometryId, hit.geometry_id);
+    read(kInstanceId, hit.instance_id);
+    read(kTfar, hit.t);
+    return hit;
+  }
+
   /// A component of ray i, or `absent`.
   template <class T>
   T Read(RayView::Component component, std::size_t i, T absent) const {

@@ -30,9 +30,7 @@ struct GroupHits {
   /// Says of the other lanes that they have none.
   void SetNone() {
     for (size_t lane = 0; lane < kGroupRays; ++lane) {
-      if (!(lanes >> lane & 1)) {
-        Set(lane, {{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0});
-      }
+      if (!(lanes >> lane & 1)) Set(lane, kNoHit);
     }
   }
 

@@ -98,10 +98,13 @@ class GroupPackets {
     put(kPrimitiveId, hits.primitive_id);
     put(kGeometryId, hits.geometry_id);
     put(kInstanceId, hits.instance_id);
-    const float* const from_tfar = Values(first, kTfar);
-    const size_t bytes = (kPacketComponents - static_cast<size_t>(kTfar)) * width_ * sizeof(float);
+    // As it was, from the rays' ends on.
+    constexpr auto kBegin = static_cast<size_t>(kTfar);
+    const float* const packet = Values(first, kOrgX);
     alignas(64) float before[kPacketComponents * kGroupRays];
-    memcpy(before, from_tfar, bytes);
+    const size_t begin = kBegin * width_;
+    const size_t bytes = (kPacketComponents - kBegin) * width_ * sizeof(float);
+    memcpy(before + begin, packet + begin, bytes);
     alignas(64) int32_t valid[kGroupRays];
     for (size_t i = 0; i < width_; ++i) valid[i] = -static_cast<int32_t>(lanes >> i & 1);
     function({query, static_cast<uint32_t>(width_), valid, Values(first, kOrgX),
@@ -109,36 +112,12 @@ class GroupPackets {
               task_.frame.options.call});
     uint32_t left = 0;
     ForEachLane(lanes, [&](size_t i) { left |= static_cast<uint32_t>(valid[i] != 0) << i; });
-    if (HWY_LIKELY(memcmp(before, from_tfar, bytes) == 0)) return left;
+    if (HWY_LIKELY(memcmp(before + begin, packet + begin, bytes) == 0)) return left;
     ForEachLane(lanes, [&](size_t i) {
-      const auto differs = [&](PacketComponent component) {
-        const float* const now = Values(first, component) + i;
-        return memcmp(now, before + (now - from_tfar), sizeof(float)) != 0;
-      };
-      if (differs(kTfar) || differs(kNgX) || differs(kNgY) || differs(kNgZ) || differs(kU) ||
-          differs(kV) || differs(kPrimitiveId) || differs(kGeometryId) || differs(kInstanceId)) {
-        change(first + i, HitIn(first, i));
-      }
+      const FullHit now = RecordLayout::ReadHit(packet, width_, i);
+      if (!IsSame(now, RecordLayout::ReadHit(before, width_, i))) change(first + i, now);
     });
     return left;
-  }
-
-  FullHit HitIn(size_t first, size_t i) {
-    using enum PacketComponent;
-    const auto get = [&](PacketComponent component, auto& value) {
-      memcpy(&value, Values(first, component) + i, sizeof(value));
-    };
-    FullHit hit;
-    get(kNgX, hit.ng[0]);
-    get(kNgY, hit.ng[1]);
-    get(kNgZ, hit.ng[2]);
-    get(kU, hit.u);
-    get(kV, hit.v);
-    get(kPrimitiveId, hit.primitive_id);
-    get(kGeometryId, hit.geometry_id);
-    get(kInstanceId, hit.instance_id);
-    get(kTfar, hit.t);
-    return hit;
   }
 
   alignas(64) float values_[kPacketComponents * kGroupRays];

@@ -299,8 +299,7 @@ class LoneTracer {
     const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
     if (!function) return;
     const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
-    FullHit before =
-        has_hit ? call_.hit.Get() : FullHit{{0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX, 0};
+    FullHit before = has_hit ? call_.hit.Get() : kNoHit;
     before.t = ray_.tfar;
     LonePacket packet(call_.packet, ray_, before);
     function(packet.Arguments(kQuery, user.geometry_id, item.primitive, instance_id_,
@@ -314,17 +313,6 @@ class LoneTracer {
     ray_.state = RayRecord::kHasHit;
     ray_.tfar = std::min(ray_.tfar, now.t);
     call_.hit.Set(now, item.geometry);
-  }
-
-  /// Whether a function has changed nothing. Value by value, as they stand in registers.
-  static HWY_INLINE bool IsSame(const FullHit& a, const FullHit& b) {
-    const auto differ = [](float x, float y) {
-      return std::bit_cast<uint32_t>(x) ^ std::bit_cast<uint32_t>(y);
-    };
-    return (differ(a.t, b.t) | differ(a.ng[0], b.ng[0]) | differ(a.ng[1], b.ng[1]) |
-            differ(a.ng[2], b.ng[2]) | differ(a.u, b.u) | differ(a.v, b.v) |
-            (a.primitive_id ^ b.primitive_id) | (a.geometry_id ^ b.geometry_id) |
-            (a.instance_id ^ b.instance_id)) == 0;
   }
 
   HWY_INLINE void EnterInstance(uint32_t geometry) {
