@@ -54,7 +54,9 @@ enum class Algorithm {
 
 /// Settings::budget: 32 bytes a triangle, which hold the whole partition of most scenes, with a
 /// copy of the triangles in its leaves; in scenes of up to 4,096 triangles 192 bytes and 64 KiB,
-/// for which leaves hold all that the triangle test wants.
+/// for which leaves hold all that the triangle test wants. Quads and cells of grids count as two
+/// triangles, those with two time steps as half as many again, and user primitives and instances as
+/// three.
 inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;
 /// Settings::budget: whatever the whole partition takes.
 inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;

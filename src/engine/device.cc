@@ -20,13 +20,14 @@ bool Device::Implementation::Keeps() const {
   return settings.algorithm == Algorithm::kNabata2013 && settings.budget > 0;
 }
 
-std::size_t Device::Implementation::BudgetBytes(std::size_t triangles, Keep keep) const {
+std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries, Keep keep) const {
   // What a partition takes without limit: triangles that share no vertices take 41 bytes in leaves,
   // prepared ones 113 and more where leaves are not full, and a sixth of a scene's nodes can be
   // nearly empty.
   constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64, kPrepared = 192;
   // So few triangles are no burden, whatever the share of each.
   constexpr std::size_t kLeast = 64 * 1024;
+  const std::size_t triangles = geometries.shares();
   const bool is_prepared = triangles <= policy::kPreparedScene;
   std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
   if (settings.budget == kDefaultBudget) {

@@ -20,7 +20,7 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
 
   /// Whether scenes keep their partitions, and in how many bytes.
   bool Keeps() const;
-  std::size_t BudgetBytes(std::size_t triangles, Keep keep) const;
+  std::size_t BudgetBytes(const GeometryTable& geometries, Keep keep) const;
 
   /// What splitting a scene of that many triangles takes besides the workspaces.
   std::size_t GridBytes(std::size_t triangles) const;

@@ -33,6 +33,23 @@ std::size_t LanesFor(Shape shape) {
   }
 }
 
+/// See GeometryTable::shares.
+std::size_t SharesFor(Shape shape, uint32_t time_steps, std::size_t items) {
+  const std::size_t steps = time_steps == 2 ? 3 : 2;  // in halves; leaves hold no more than two
+  switch (shape) {
+    case Shape::kTriangles:
+      return items * steps;
+    case Shape::kQuads:
+    case Shape::kGrids:
+      return items * steps;
+    case Shape::kUser:
+    case Shape::kInstance:
+      return items * 3;
+    default:
+      return items;
+  }
+}
+
 Geometry ToGeometry(const TriangleMesh& mesh) {
   Geometry geometry;
   geometry.geometry_id = mesh.geometry_id;
@@ -92,6 +109,7 @@ GeometryTable::GeometryTable(std::span<const Geometry> geometries,
     Add(ToMesh((*shapes_)[i], shapes_->ItemCount(i)));
     lanes_.push_back(static_cast<uint8_t>(LanesFor((*shapes_)[i].shape)));
     all_fill_one_lane_ &= lanes_.back() == 1;
+    shares_ += SharesFor((*shapes_)[i].shape, shapes_->StepCount(i), shapes_->ItemCount(i));
   }
   FindCommonMask();
 }

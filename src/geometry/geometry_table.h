@@ -39,6 +39,11 @@ class GeometryTable {
   /// Triangles of all geometries, also those that cannot be hit.
   std::size_t triangle_count() const { return triangle_count_; }
 
+  /// How many still triangles' part of the budget they have: quads and cells of grids are two
+  /// triangles, two time steps take half as much again, and user primitives and instances stand
+  /// alone in their leaves.
+  std::size_t shares() const { return shares_; }
+
   /// The number of a triangle among those of all geometries; `Locate` is the way back.
   uint32_t Number(uint32_t geometry, uint32_t primitive) const {
     return first_[geometry] + primitive;
@@ -114,6 +119,7 @@ class GeometryTable {
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::vector<uint8_t> lanes_;
   std::size_t triangle_count_ = 0;
+  std::size_t shares_ = 0;
   uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
   bool is_plain_;
   bool all_fill_one_lane_ = true;

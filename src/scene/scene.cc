@@ -109,14 +109,13 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
       : device(std::move(shared_device)),
         instanced(std::move(scenes)),
         parts{std::move(geometries)} {
-    const std::size_t most = parts.geometries.triangle_count();
     if (previous && PlanRefit(*previous, options)) {
       parts.triangle_count = previous->parts.triangle_count;
     } else if (Engine().Keeps()) {
       const Keep keep = options.keep;
       parts.kept = std::make_unique<KeptPartition>(
-          parts.geometries, Engine().BudgetBytes(most, keep), Engine().kernels.partition.list,
-          Engine().tasks, &Engine().memory);
+          parts.geometries, Engine().BudgetBytes(parts.geometries, keep),
+          Engine().kernels.partition.list, Engine().tasks, &Engine().memory);
       if (previous && previous->WasTraced()) parts.kept->SetShortLived();
       parts.bounds = parts.kept->bounds();
       parts.triangle_count = parts.kept->triangle_count();
@@ -305,10 +304,10 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   bool PlanRefit(const Implementation& previous, const SceneOptions& options) {
     const KeptPartition* const kept = previous.parts.kept.get();
     const GeometryTable& geometries = parts.geometries;
-    const std::size_t most = geometries.triangle_count();
     if (!kept || previous.device != device ||
         kept->BytesReserved() !=
-            KeptPartition::BytesFor(most, Engine().BudgetBytes(most, options.keep)) ||
+            KeptPartition::BytesFor(geometries.triangle_count(),
+                                    Engine().BudgetBytes(geometries, options.keep)) ||
         !HaveSameItems(previous.parts.geometries, geometries)) {
       return false;
     }

@@ -39,7 +39,7 @@ void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunc
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
   const GeometryTable& geometries = kept.geometries();
-  const bool is_small = kept.triangle_count() <= policy::kPreparedScene;
+  const bool is_small = geometries.shares() <= policy::kPreparedScene;
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
     MadeLeaf made = MakeLeaf(geometries, leaf.items, leaf.first, shared, blocks);

@@ -1,0 +1,77 @@
+// What scenes of all shapes keep, through the public API.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "shape_scenes.h"
+
+namespace dacrt::unit {
+namespace {
+
+/// A sheet of so many squares to a side, at one or two times, of triangles, quads, or one grid.
+Geometry MakeSheet(Shape shape, std::size_t side, std::size_t steps, Model& sheet) {
+  const std::size_t row = side + 1;
+  sheet.steps.resize(steps);
+  for (std::size_t step = 0; step < steps; ++step) {
+    for (std::size_t i = 0; i < row * row; ++i) {
+      const auto x = static_cast<float>(i % row), y = static_cast<float>(i / row);
+      for (const float value :
+           {x, y, 3 * std::sin(0.1f * x + 0.2f * y) + static_cast<float>(step)}) {
+        sheet.steps[step].push_back(value);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const auto corner = static_cast<uint32_t>(i / side * row + i % side);
+    const auto above = static_cast<uint32_t>(corner + row);
+    if (shape == Shape::kQuads) {
+      sheet.indices.insert(sheet.indices.end(), {corner, corner + 1, above + 1, above});
+    } else {
+      sheet.indices.insert(sheet.indices.end(),
+                           {corner, corner + 1, above + 1, corner, above + 1, above});
+    }
+  }
+  Geometry view = sheet.View(3);
+  view.shape = shape;
+  if (shape == Shape::kGrids) {
+    sheet.grids = {
+        {0, static_cast<uint32_t>(row), static_cast<uint16_t>(row), static_cast<uint16_t>(row)}};
+    view.primitives = {sheet.grids.data(), sizeof(GridPrimitive)};
+    view.primitive_count = 1;
+  } else {
+    const std::size_t corners = shape == Shape::kQuads ? 4 : 3;
+    view.primitives = {sheet.indices.data(), corners * sizeof(uint32_t)};
+    view.primitive_count = sheet.indices.size() / corners;
+  }
+  return view;
+}
+
+// Of whatever shape a mesh is, moving or not, the default budget has room for all of its leaves.
+TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
+  constexpr std::size_t kSide = 80;
+  std::vector<TimedRay> rays(16 * kSide * kSide);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i].org = {0.25f * static_cast<float>(i % (4 * kSide)) + 0.1f,
+                   0.25f * static_cast<float>(i / (4 * kSide)) + 0.1f, 100};
+    rays[i].dir = {0, 0, -1};
+  }
+  for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
+    for (const std::size_t steps : {1u, 2u}) {
+      Model sheet;
+      const Geometry geometry = MakeSheet(shape, kSide, steps, sheet);
+      const auto by_default = MakeScene({geometry}, kDefaultBudget, false, 1);
+      const auto unlimited = MakeScene({geometry}, kUnlimitedBudget, false, 1);
+      Trace(*by_default, rays);
+      Trace(*unlimited, rays);
+      const std::string what =
+          std::to_string(static_cast<int>(shape)) + " x " + std::to_string(steps);
+      EXPECT_EQ(by_default->KeptBytesUsed(), unlimited->KeptBytesUsed()) << what;
+      EXPECT_LT(by_default->KeptBytes(), unlimited->KeptBytes()) << what;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dacrt::unit
