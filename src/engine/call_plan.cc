@@ -1,6 +1,7 @@
 #include "engine/call_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -16,10 +17,11 @@ namespace {
 constexpr std::size_t kKeptPieceRays = 65536;
 static_assert(kKeptPieceRays <= kMostPieceRays, "lists hold the numbers of a piece's rays");
 
-/// A thread takes this part of its share of the rays that are left, so that large pieces come first
-/// and threads end together.
-/// Polychronopoulos, Kuck, "Guided self-scheduling", IEEE Transactions on Computers, 1987.
-constexpr double kPartOfShare = 0.75;
+/// Rays are handed out in rounds, in which each thread gets an equal piece: the first ones hold
+/// this part of all, the next ones the same part of what is left, so that pieces are large, for
+/// what lists gain from many rays, and threads end together all the same. Hummel, Schonberg, Flynn,
+/// "Factoring: a method for scheduling parallel loops", Communications of the ACM, 1992.
+constexpr double kPartOfRound = 0.8;
 
 /// But a thread gets no smaller piece than a sixteenth of its share of the whole, so that it is not
 /// busier with pieces than with rays; nor fewer rays than are worth waking it, some 10 us of work.
@@ -34,7 +36,10 @@ constexpr std::size_t kLeastPieceRays = 1024;
 }  // namespace
 
 CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Settings& settings)
-    : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)), workers(1), can_shrink_(keeps) {
+    : piece_rays(std::min<std::size_t>(rays, settings.piece_rays)),
+      workers(1),
+      rays_(rays),
+      can_shrink_(keeps) {
   if (!keeps || rays == 0) return;
   piece_rays = std::min(piece_rays, kKeptPieceRays);
   least_piece_ = std::clamp(rays / (threads * kLeastPartOfShare), kFewestShared, kMostAsLeast);
@@ -46,8 +51,10 @@ CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Sett
 std::size_t CallPlan::NextPiece(std::size_t left) const {
   std::size_t count = std::min(left, piece_rays);
   if (workers > 1) {
-    const double share = static_cast<double>(left) / static_cast<double>(workers);
-    count = std::min(count, std::max(static_cast<std::size_t>(kPartOfShare * share), least_piece_));
+    double round = static_cast<double>(rays_);  // left at its beginning
+    while (static_cast<double>(left) <= (1 - kPartOfRound) * round) round *= 1 - kPartOfRound;
+    const double share = std::ceil(kPartOfRound * round / static_cast<double>(workers));
+    count = std::min(count, std::max(static_cast<std::size_t>(share), least_piece_));
   }
   return count;
 }

@@ -26,6 +26,7 @@ struct CallPlan {
   std::size_t workers;     ///< threads that each need a workspace
 
  private:
+  std::size_t rays_;
   bool can_shrink_;
   std::size_t least_piece_ = 1;
 };
