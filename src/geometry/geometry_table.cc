@@ -38,7 +38,7 @@ std::size_t SharesFor(Shape shape, uint32_t time_steps, std::size_t items) {
   const std::size_t steps = time_steps == 2 ? 3 : 2;  // in halves; leaves hold no more than two
   switch (shape) {
     case Shape::kTriangles:
-      return items * steps;
+      return items * steps / 2;
     case Shape::kQuads:
     case Shape::kGrids:
       return items * steps;
