@@ -91,7 +91,12 @@ class FacetTest {
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
-    if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
+    if (HWY_LIKELY(task_.keeps_leaf_hits)) {
+      if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
+        return TestFiltered(list, count);
+      }
+      return TestStill<true>(list, count);
+    }
     TestStill<false>(list, count);
   }
 
@@ -101,7 +106,7 @@ class FacetTest {
                              size_t block_lane) const {
     RayRecord& ray = task_.rays[number];
     if (HWY_UNLIKELY(task_.checks_masks) &&
-        !MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).geometry)) {
+        !MayMeet(task_, ray, GeometryOfLane(task_, block_, block_lane))) {
       return;
     }
     const Closeness closeness = Compare(ray, key, within_limit);
@@ -137,6 +142,40 @@ class FacetTest {
       if (part * kPartLanes >= block_.lanes) return;
       const LeafCorners<kLayout> corners{block_, part};
       TestRay<true>(number, corners.Triangles(), corners.Again(), part, nullptr);
+    }
+  }
+
+  /// TestStill where filter functions may be asked. What they see of a ray is in the caller's
+  /// memory: it is fetched for a few rays at once.
+  HWY_NOINLINE void TestFiltered(const RayNumber* list, size_t count) const {
+    struct Waiting {
+      RayNumber ray;
+      FacetCrossing crossing;
+    };
+    hwy::Prefetch(task_.partition.order + block_.first);
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const CornerLanes corners = DecodeCorners(block_, part);
+      const auto triangles = corners.Triangles();
+      Waiting waiting[kAhead];
+      size_t waiting_count = 0;
+      const auto take_all = [&]() HWY_ATTR {
+        for (size_t i = 0; i < waiting_count; ++i) {
+          TakeLanes<true>(waiting[i].ray, waiting[i].crossing, triangles, part, nullptr);
+        }
+        waiting_count = 0;
+      };
+      for (size_t i = 0; i < count; ++i) {
+        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
+        const RayRecord& ray = task_.rays[list[i]];
+        if (kQuery == Query::kAny && ray.tfar < 0) continue;
+        const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
+        if (HWY_LIKELY(crossing.lanes == 0)) continue;
+        task_.frame.Fetch(task_.CallerOf(list[i]));
+        waiting[waiting_count++] = {list[i], crossing};
+        if (waiting_count == kAhead) take_all();
+      }
+      take_all();
     }
   }
 
@@ -206,7 +245,7 @@ class FacetTest {
 
   /// Whether a filter function is to be asked about hits of a lane.
   bool IsFiltered(size_t block_lane) const {
-    const uint32_t geometry = NameOfLane(task_, block_, block_lane).geometry;
+    const uint32_t geometry = GeometryOfLane(task_, block_, block_lane);
     return static_cast<bool>(FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry]));
   }
 
@@ -216,7 +255,7 @@ class FacetTest {
     if (HWY_UNLIKELY(task_.checks_masks)) {
       ForEachLane(lanes, [&](size_t lane) {
         const size_t block_lane = part * kPartLanes + lane;
-        if (!MayMeet(task_, ray, NameOfLane(task_, block_, block_lane).geometry)) {
+        if (!MayMeet(task_, ray, GeometryOfLane(task_, block_, block_lane))) {
           lanes &= ~(uint64_t{1} << lane);
         }
       });

@@ -18,4 +18,10 @@ inline GeometryTable::Name NameOfLane(const TraceTask& task, const LeafBlock& bl
   return NameOfLane(task.scene.geometries, task.partition.order, block, lane);
 }
 
+/// Its geometry alone, for which the order is seldom asked.
+inline uint32_t GeometryOfLane(const TraceTask& task, const LeafBlock& block, std::size_t lane) {
+  if (block.geometry != LeafBlock::kSeveral) return block.geometry;
+  return NameOfLane(task, block, lane).geometry;
+}
+
 }  // namespace dacrt

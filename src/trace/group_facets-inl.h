@@ -28,7 +28,7 @@ class GroupFacets {
   HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, uint32_t active,
                        const Enter& enter) {
     if (hwy::PopCount(active) > policy::kFewInLeaf) {
-      return TestInLanes<false>(leaf, block, active, enter);
+      return TestInLanes<false>(leaf, block, UINT32_MAX, active, enter);
     }
     TestOneByOne(leaf, block, active);
   }
@@ -37,7 +37,10 @@ class GroupFacets {
   template <class Enter>
   HWY_INLINE void TestFiltered(ChildWord leaf, const LeafBlock& block, uint32_t active,
                                const Enter& enter) {
-    TestInLanes<true>(leaf, block, active, enter);
+    // Of few rays hardly any triangle is left over.
+    const uint32_t met =
+        hwy::PopCount(active) > policy::kFewInLeaf ? UINT32_MAX : MetOneByOne(block, active);
+    if (met != 0) TestInLanes<true>(leaf, block, met, active, enter);
   }
 
  private:
@@ -57,14 +60,35 @@ class GroupFacets {
 
   /// The triangles side by side, and one ray after the other.
   void TestOneByOne(ChildWord leaf, const LeafBlock& block, uint32_t active) {
+    ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
+      TestOneByOne(leaf, block, part, triangles, corners, active);
+    });
+  }
+
+  /// The triangles that one of the rays meets, a bit each.
+  HWY_NOINLINE uint32_t MetOneByOne(const LeafBlock& block, uint32_t active) {
+    uint32_t met = 0;
+    ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
+      ForEachLane(active, [&](size_t lane) HWY_ATTR {
+        const SpreadLane ray{lanes_, lane};
+        met |= static_cast<uint32_t>(CrossFacets<false>(ray, triangles, corners).lanes)
+               << (part * kPartLanes);
+      });
+    });
+    return met;
+  }
+
+  /// Calls `body` for the triangles of each part of a block.
+  template <class Body>
+  HWY_INLINE void ForEachPart(const LeafBlock& block, const Body& body) {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) return;
       if (block.is_prepared) {
         const LeafCorners<CornerLayout::kPrepared> corners{block, part};
-        TestOneByOne(leaf, block, part, corners.Triangles(), corners, active);
+        body(part, corners.Triangles(), corners);
       } else {
         const CornerLanes corners = DecodeCorners(block, part);
-        TestOneByOne(leaf, block, part, corners.Triangles(), corners, active);
+        body(part, corners.Triangles(), corners);
       }
     }
   }
@@ -133,11 +157,13 @@ class GroupFacets {
     lanes_.LoadHit(lane, ray);
   }
 
-  /// With kFiltered, filter functions are asked.
+  /// The triangles of `among`. With kFiltered, filter functions are asked.
   template <bool kFiltered, class Enter>
-  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t active, const Enter& enter) {
+  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t among, uint32_t active,
+                   const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
-    if (triangles.candidates() == 0) return;
+    const uint32_t candidates = triangles.candidates() & among;
+    if (candidates == 0) return;
     for (size_t part = 0; part < lanes_.parts(); ++part) {
       const size_t first = part * Lanes();
       uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
@@ -149,7 +175,7 @@ class GroupFacets {
       }
       rays.tnear = hn::Load(kFloat, lanes_.tnear + first);
       rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
-      for (uint32_t left = triangles.candidates(); left != 0; left &= left - 1) {
+      for (uint32_t left = candidates; left != 0; left &= left - 1) {
         const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
         const TestTriangles triangle = triangles.Get(i);
         const auto terms = EdgeTerms(rays.org, rays.dir, triangle);

@@ -95,7 +95,7 @@ class GroupInInstance {
     ForEachLane(in_lanes, [&](size_t lane) {
       const LeafBlock& block = FacetsOf(task_, ChildWord(inner.hit[lane]));
       const size_t block_lane = inner.state[lane] >> RayRecord::kLaneShift;
-      Take(outer, inner, lane, NameOfLane(task_, block, block_lane).geometry, found.Get(lane));
+      Take(outer, inner, lane, GeometryOfLane(task_, block, block_lane), found.Get(lane));
     });
   }
 

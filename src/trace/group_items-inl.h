@@ -53,7 +53,7 @@ class GroupItems {
     for (size_t item = 0; item < block.lanes; ++item) {
       const uint32_t entering = EnterItem(block, item, active);
       if (entering == 0) continue;
-      const uint32_t geometry = NameOfLane(task_, block, item).geometry;
+      const uint32_t geometry = GeometryOfLane(task_, block, item);
       if (hwy::PopCount(entering) > policy::kFewRays &&
           GroupInInstance<kQuery>::CanBe(task_, geometry)) {
         TraceInInstance(geometry, entering, memory);

@@ -70,19 +70,22 @@ class GroupLeafTest {
   }
 
   bool HasGrids(const LeafBlock& block) const {
-    for (size_t i = 0; i < block.lanes; ++i) {
-      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
-      if (task_.scene.geometries.shapes()[geometry].shape == Shape::kGrids) return true;
-    }
-    return false;
+    return HasGeometry(block, [](const Geometry& g) { return g.shape == Shape::kGrids; });
   }
 
   /// Whether filter functions are to be asked about hits in a leaf.
-  HWY_NOINLINE bool IsFiltered(const LeafBlock& block) const {
-    if (!has_filters_) return false;
-    for (size_t i = 0; i < block.lanes; ++i) {
-      const uint32_t geometry = NameOfLane(task_, block, i).geometry;
-      if (FilterOf<kQuery>(task_.scene.geometries.shapes()[geometry])) return true;
+  bool IsFiltered(const LeafBlock& block) const {
+    return has_filters_ && HasGeometry(block, [](const Geometry& g) {
+             return static_cast<bool>(FilterOf<kQuery>(g));
+           });
+  }
+
+  /// Whether something in a block is of a geometry that `is` so.
+  template <class Is>
+  HWY_NOINLINE bool HasGeometry(const LeafBlock& block, const Is& is) const {
+    const size_t lanes = block.geometry == LeafBlock::kSeveral ? block.lanes : 1;
+    for (size_t i = 0; i < lanes; ++i) {
+      if (is(task_.scene.geometries.shapes()[GeometryOfLane(task_, block, i)])) return true;
     }
     return false;
   }

@@ -1,6 +1,8 @@
 // Some rays against one scene, or against an instance in it: what the recursion works on.
 #pragma once
 
+#include <hwy/cache_control.h>
+
 #include <cstring>
 
 #include "dacrt/dacrt.h"
@@ -26,6 +28,15 @@ struct CallFrame {
     return Read(PacketComponent::kFlags, &RayView::flags, ray, UINT32_MAX);
   }
   float Time(uint32_t ray) const { return Read(PacketComponent::kTime, &RayView::time, ray, 0.0f); }
+
+  /// Fetches these values of a ray, which are about to be asked for; those of a packet are near.
+  void Fetch(uint32_t ray) const {
+    if (packet) return;
+    for (const auto of_view : {&RayView::mask, &RayView::id, &RayView::flags}) {
+      if (view->*of_view == RayView::kAbsent) continue;
+      hwy::Prefetch(reinterpret_cast<const void*>(view->Address(view->*of_view, first + ray)));
+    }
+  }
 
   std::size_t ray_count() const { return packet ? packet->lanes : view->count; }
 
