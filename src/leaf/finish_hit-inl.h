@@ -32,6 +32,17 @@ HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
   return FacetsIn(reinterpret_cast<const LeafBlock*>(block));
 }
 
+/// Room for a leaf that carries none, made to be looked at once.
+struct LeafRoom {
+  alignas(64) std::byte blocks[kMostLeafBytes];
+};
+HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {
+  if (HWY_LIKELY(leaf.IsBlock())) return FacetsOf(task, leaf);
+  MakeLeaf(task.scene.geometries, task.partition.order, leaf.range(), kLeafLanes,
+           SharedVertices::kRepeat, room.blocks);
+  return FacetsIn(reinterpret_cast<const LeafBlock*>(room.blocks));
+}
+
 /// A hit, with t, u and v as the triangle test has them.
 HWY_INLINE FullHit HitOf(const SceneParts& scene, uint32_t instance_id, GeometryTable::Name name,
                          bool is_second, float t, float u, float v, float ng_x, float ng_y,
@@ -72,11 +83,8 @@ class FinishedHitsOf {
     const RayRecord& ray = task_.rays[number];
     const ChildWord leaf(ray.hit);
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
-    if (HWY_LIKELY(leaf.IsBlock())) return Add(number, ray, block_lane, FacetsOf(task_, leaf));
-    alignas(64) std::byte blocks[kMostLeafBytes];
-    MakeLeaf(task_.scene.geometries, task_.partition.order, leaf.range(), kLeafLanes,
-             SharedVertices::kRepeat, blocks);
-    Add(number, ray, block_lane, FacetsIn(reinterpret_cast<const LeafBlock*>(blocks)));
+    LeafRoom room;
+    Add(number, ray, block_lane, FacetsOf(task_, leaf, room));
   }
 
   size_t count() const { return count_; }

@@ -1,6 +1,7 @@
 #include "leaf/make_leaf.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -184,38 +185,60 @@ void WriteBlock(const GeometryTable& geometries, const BlockKind& kind, const Bl
   WritePoints(geometries, items, block);
 }
 
-/// Writes the block of a leaf that holds nothing but still triangles, as nearly all do: WriteBlock
-/// for them.
-void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* names,
-                    std::size_t count, uint32_t first, SharedVertices shared, LeafBlock& block) {
+/// Begins the block of a leaf that holds nothing but still triangles, as nearly all do.
+void BeginTriangles(const GeometryTable::Name* names, std::size_t count, uint32_t first,
+                    LeafBlock& block) {
   block = {};
   block.kind = LeafKind::kFacets;
   block.is_last = true;
   block.first = first;
   block.geometry = names[0].geometry;
   block.lanes = static_cast<uint8_t>(count);
-  uint8_t indices[3][kLeafLanes] = {};
-  float vertices[LeafBlock::kByLane][3];
-  uint32_t keys[LeafBlock::kByLane];
-  uint32_t distinct = 0;
-  if (shared == SharedVertices::kRepeat) {
-    std::memset(vertices, 0, sizeof(vertices));
-    distinct = LeafBlock::kByLane;
-  }
-  for (std::size_t lane = 0; lane < count; ++lane) {
+  block.items = 0x76543210u & static_cast<uint32_t>((uint64_t{1} << (4 * count)) - 1);
+  for (std::size_t lane = 1; lane < count; ++lane) {
     if (names[lane].geometry != block.geometry) block.geometry = LeafBlock::kSeveral;
-    block.items |= static_cast<uint32_t>(lane) << (4 * lane);
+  }
+}
+
+/// WriteBlock for them, with a place for each corner. Leaves that are not kept are made so at every
+/// visit.
+void WriteTrianglesByLane(const GeometryTable& geometries, const GeometryTable::Name* names,
+                          std::size_t count, uint32_t first, LeafBlock& block) {
+  static constexpr auto kPlaces = [] {
+    std::array<uint8_t, LeafBlock::kByLane> places{};
+    for (uint8_t i = 0; i < LeafBlock::kByLane; ++i) places[i] = i;
+    return places;
+  }();
+  BeginTriangles(names, count, first, block);
+  block.vertices = LeafBlock::kByLane;
+  std::memcpy(block.indices(), kPlaces.data(), sizeof(kPlaces));
+  float* const data = block.vertex_data();
+  if (count < kLeafLanes) std::memset(data, 0, 3 * LeafBlock::kByLane * sizeof(float));
+  for (std::size_t lane = 0; lane < count; ++lane) {
     Corners corners;
     // One whose indices are no longer legal has no area, and nothing hits it.
     if (!geometries.ReadCorners(names[lane].geometry, names[lane].primitive, corners)) corners = {};
     for (std::size_t k = 0; k < 3; ++k) {
-      const float* const corner = corners.v[k];
-      if (shared == SharedVertices::kRepeat) {
-        const std::size_t place = k * kLeafLanes + lane;
-        std::memcpy(vertices[place], corner, sizeof(vertices[place]));
-        indices[k][lane] = static_cast<uint8_t>(place);
-        continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        data[axis * LeafBlock::kByLane + k * kLeafLanes + lane] = corners.v[k][axis];
       }
+    }
+  }
+}
+
+/// WriteBlock for them, with each vertex once; with a place for each corner if that saves nothing.
+void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* names,
+                    std::size_t count, uint32_t first, LeafBlock& block) {
+  BeginTriangles(names, count, first, block);
+  uint8_t indices[3][kLeafLanes] = {};
+  float vertices[LeafBlock::kByLane][3];
+  uint32_t keys[LeafBlock::kByLane];
+  uint32_t distinct = 0;
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    Corners corners;
+    if (!geometries.ReadCorners(names[lane].geometry, names[lane].primitive, corners)) corners = {};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* const corner = corners.v[k];
       uint32_t bits[3];
       std::memcpy(bits, corner, sizeof(bits));
       const uint32_t key = bits[0] ^ std::rotl(bits[1], 11) ^ std::rotl(bits[2], 22);
@@ -233,8 +256,8 @@ void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* 
       indices[k][lane] = static_cast<uint8_t>(place - 1);
     }
   }
-  if (shared == SharedVertices::kFind && distinct == LeafBlock::kByLane) {
-    return WriteTriangles(geometries, names, count, first, SharedVertices::kRepeat, block);
+  if (distinct == LeafBlock::kByLane) {
+    return WriteTrianglesByLane(geometries, names, count, first, block);
   }
   block.vertices = static_cast<uint8_t>(distinct);
   std::memcpy(block.indices(), indices, sizeof(indices));
@@ -338,7 +361,11 @@ MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& all, uint32_
   const std::size_t count = all.count;
   if (all.is_plain) {
     auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-    WriteTriangles(geometries, names, count, first, shared, block);
+    if (shared == SharedVertices::kRepeat) {
+      WriteTrianglesByLane(geometries, names, count, first, block);
+    } else {
+      WriteTriangles(geometries, names, count, first, block);
+    }
     return {block.Bytes(), count, all.is_last};
   }
   std::size_t bytes = 0;

@@ -86,22 +86,29 @@ HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBloc
   }
 }
 
-/// The items from a place in the order on, up to the last one of the leaf or up to `most`, which
-/// carry no geometry.
-template <Query kQuery>
-HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
-                            const RayNumber* list, size_t count, ListMemory memory) {
+/// Calls `body(leaf, first block)` for leaves made of the items from a place in the order on, up to
+/// the last one of the leaf or up to `most`, which carry no geometry.
+template <class Body>
+HWY_INLINE void ForEachMadeLeaf(const TraceTask& task, uint32_t first, size_t most,
+                                const Body& body) {
   alignas(64) std::byte blocks[kMostLeafBytes];
   for (size_t done = 0; done < most;) {
     const auto place = static_cast<uint32_t>(first + done);
     const MadeLeaf made =
         MakeLeaf(task.scene.geometries, task.partition.order, place,
                  HWY_MIN(kLeafLanes, most - done), SharedVertices::kRepeat, blocks);
-    TestBlocks<kQuery>(task, ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks),
-                       list, count, memory);
+    body(ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks));
     if (made.is_whole) return;
     done += made.items;
   }
+}
+
+template <Query kQuery>
+HWY_NOINLINE void TestRange(const TraceTask& task, uint32_t first, size_t most,
+                            const RayNumber* list, size_t count, ListMemory memory) {
+  ForEachMadeLeaf(task, first, most, [&](ChildWord leaf, const LeafBlock* block) {
+    TestBlocks<kQuery>(task, leaf, block, list, count, memory);
+  });
 }
 
 template <Query kQuery>

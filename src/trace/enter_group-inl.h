@@ -22,7 +22,7 @@ namespace HWY_NAMESPACE {
 struct OpenForLanes {
   float distance;  ///< not above where any of the rays enters it
   uint32_t word;
-  uint32_t lanes;
+  LaneMask lanes;
 };
 
 /// Planes of a node's children, to be broadcast one child after the other.
@@ -41,19 +41,20 @@ struct BroadcastPlanes {
 
 /// Rays of one octant that run close together: children that none of them enters are left out by
 /// the interval over all of them.
+template <size_t kMost>
 struct TogetherEnter {
   const TraceTask& task;
-  const GroupLanes& group;
+  const GroupLanes<kMost>& group;
   const PlaneOffsets& offsets;
   const GroupInterval& interval;
 
   /// What says of boxes in lanes which of them a ray may enter.
-  HWY_INLINE auto MayMeet(uint32_t active) const {
+  HWY_INLINE auto MayMeet(LaneMask active) const {
     return [this, tfar = group.LargestTFar(active)](const WideBoxOf<EightPart>& boxes)
                HWY_ATTR { return interval.EnterBoxes(boxes, offsets, tfar); };
   }
 
-  HWY_INLINE void operator()(WideNode& node, uint32_t active, OpenForLanes* open,
+  HWY_INLINE void operator()(WideNode& node, LaneMask active, OpenForLanes* open,
                              size_t& count) const {
     HWY_ALIGN float entry[WideNode::kWidth];
     const ChildPlanes planes(node, offsets);
@@ -63,16 +64,17 @@ struct TogetherEnter {
     if (HWY_UNLIKELY(node.BareLeaves(entered)))
       GiveLeavesGeometry(task, node, entered, PrepareFacets);
     const BroadcastPlanes broadcast(planes);
+    const PartRange used = group.PartsWith(active);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
-      uint32_t lanes = active;
+      LaneMask lanes = active;
       if (!interval.is_tight || !node.Child(i).IsInner()) {
         V near_planes[3], far_planes[3];
         for (int axis = 0; axis < 3; ++axis) {
           near_planes[axis] = hn::Set(kFloat, broadcast.near[axis][i]);
           far_planes[axis] = hn::Set(kFloat, broadcast.far[axis][i]);
         }
-        uint64_t enter = 0;
-        for (size_t part = 0; part < group.parts(); ++part) {
+        LaneMask enter = 0;
+        for (size_t part = used.begin; part < used.end; ++part) {
           V org[3], reciprocal[3];
           group.LoadPart(part, org, reciprocal);
           const Interval inside = IntersectPlanes(near_planes, far_planes, org, reciprocal);
@@ -81,7 +83,7 @@ struct TogetherEnter {
           enter |= Bits(hn::Le(hn::Max(inside.entry, start), hn::Min(inside.exit, tfar)))
                    << (part * Lanes());
         }
-        lanes &= static_cast<uint32_t>(enter);
+        lanes &= enter;
         if (lanes == 0) return;
       }
       PrefetchChild(task.partition, node.Child(i));
@@ -91,23 +93,26 @@ struct TogetherEnter {
 };
 
 /// Rays that run in any directions: each child against all of them.
+template <size_t kMost>
 struct EachEnters {
   const TraceTask& task;
-  const GroupLanes& group;
+  const GroupLanes<kMost>& group;
 
-  HWY_INLINE auto MayMeet(uint32_t) const {
+  HWY_INLINE auto MayMeet(LaneMask) const {
     return [](const WideBoxOf<EightPart>&) { return uint32_t{UINT8_MAX}; };
   }
 
-  HWY_INLINE void operator()(WideNode& node, uint32_t active, OpenForLanes* open,
+  HWY_INLINE void operator()(WideNode& node, LaneMask active, OpenForLanes* open,
                              size_t& count) const {
     const BroadcastPlanes broadcast(ChildPlanes(node, kPlaneOffsets[0]));
-    uint32_t lanes_of[WideNode::kWidth], entered = 0;
+    LaneMask lanes_of[WideNode::kWidth];
+    uint32_t entered = 0;
     float nearest[WideNode::kWidth];
+    const PartRange used = group.PartsWith(active);
     for (size_t i = 0; i < node.count; ++i) {
-      uint64_t enter = 0;
+      LaneMask enter = 0;
       V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
-      for (size_t part = 0; part < group.parts(); ++part) {
+      for (size_t part = used.begin; part < used.end; ++part) {
         V org[3], reciprocal[3];
         group.LoadPart(part, org, reciprocal);
         WideBox box;
@@ -123,7 +128,7 @@ struct EachEnters {
         enter |= Bits(enters) << (part * Lanes());
         distance = hn::Min(distance, hn::IfThenElse(enters, entry, distance));
       }
-      lanes_of[i] = static_cast<uint32_t>(enter);
+      lanes_of[i] = enter;
       if (enter == 0) continue;
       entered |= 1u << i;
       nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));

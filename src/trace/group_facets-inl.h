@@ -19,13 +19,14 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery>
+template <Query kQuery, size_t kMost>
 class GroupFacets {
  public:
-  explicit GroupFacets(RayGroup& rays) : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
+  explicit GroupFacets(RayGroup<kMost>& rays)
+      : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
 
   template <class Enter>
-  HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, uint32_t active,
+  HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, LaneMask active,
                        const Enter& enter) {
     if (hwy::PopCount(active) > policy::kFewInLeaf) {
       return TestInLanes<false>(leaf, block, UINT32_MAX, active, enter);
@@ -35,7 +36,7 @@ class GroupFacets {
 
   /// The same where filter functions may have to be asked; not of grids.
   template <class Enter>
-  HWY_INLINE void TestFiltered(ChildWord leaf, const LeafBlock& block, uint32_t active,
+  HWY_INLINE void TestFiltered(ChildWord leaf, const LeafBlock& block, LaneMask active,
                                const Enter& enter) {
     // Of few rays hardly any triangle is left over.
     const uint32_t met =
@@ -46,7 +47,7 @@ class GroupFacets {
  private:
   /// The ray of a lane, in all lanes.
   struct SpreadLane {
-    const GroupLanes& lanes;
+    const GroupLanes<kMost>& lanes;
     size_t lane;
 
     HWY_INLINE EightPart org(int axis) const { return hn::Set(kEightTag, lanes.org[axis][lane]); }
@@ -59,14 +60,14 @@ class GroupFacets {
   };
 
   /// The triangles side by side, and one ray after the other.
-  void TestOneByOne(ChildWord leaf, const LeafBlock& block, uint32_t active) {
+  void TestOneByOne(ChildWord leaf, const LeafBlock& block, LaneMask active) {
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
       TestOneByOne(leaf, block, part, triangles, corners, active);
     });
   }
 
   /// The triangles that one of the rays meets, a bit each.
-  HWY_NOINLINE uint32_t MetOneByOne(const LeafBlock& block, uint32_t active) {
+  HWY_NOINLINE uint32_t MetOneByOne(const LeafBlock& block, LaneMask active) {
     uint32_t met = 0;
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
       ForEachLane(active, [&](size_t lane) HWY_ATTR {
@@ -97,9 +98,9 @@ class GroupFacets {
   template <class Corners>
   HWY_INLINE void TestOneByOne(ChildWord leaf, const LeafBlock& block, size_t part,
                                const TestTrianglesOf<EightPart>& triangles, const Corners& corners,
-                               uint32_t& active) {
-    for (uint32_t left = active; left != 0; left &= left - 1) {
-      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                               LaneMask& active) {
+    for (LaneMask left = active; left != 0; left &= left - 1) {
+      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
       const FacetCrossing crossing =
           CrossFacets<false>(SpreadLane{lanes_, lane}, triangles, corners);
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
@@ -107,7 +108,7 @@ class GroupFacets {
         TakeOne(leaf, block, part, lane, crossing, triangles);
       } else if ((crossing.lanes & crossing.within_limit) != 0) {
         lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
-        active &= ~(1u << lane);
+        active &= ~(LaneMask{1} << lane);
       }
     }
   }
@@ -159,14 +160,15 @@ class GroupFacets {
 
   /// The triangles of `among`. With kFiltered, filter functions are asked.
   template <bool kFiltered, class Enter>
-  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t among, uint32_t active,
+  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t among, LaneMask active,
                    const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
     const uint32_t candidates = triangles.candidates() & among;
     if (candidates == 0) return;
-    for (size_t part = 0; part < lanes_.parts(); ++part) {
+    const PartRange used = lanes_.PartsWith(active);
+    for (size_t part = used.begin; part < used.end; ++part) {
       const size_t first = part * Lanes();
-      uint32_t lanes = (active >> first) & ((1u << Lanes()) - 1);
+      LaneMask lanes = (active >> first) & FirstLanes(Lanes());
       if (lanes == 0) continue;
       TestRays rays;
       lanes_.LoadPart(part, rays.org, rays.reciprocal);
@@ -200,14 +202,14 @@ class GroupFacets {
 
   HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
                             TestRays& rays, const TestTriangles& triangle,
-                            const PairTermsOf<V>& terms, M meet, V t, V entry, uint32_t& lanes) {
+                            const PairTermsOf<V>& terms, M meet, V t, V entry, LaneMask& lanes) {
     const M within = IsWithinLimit(rays, t, terms.den);
     if constexpr (kQuery == Query::kAny) {
       meet = hn::And(meet, within);
       rays.tfar =
           hn::IfThenElse(meet, hn::Set(kFloat, -std::numeric_limits<float>::infinity()), rays.tfar);
       hn::Store(rays.tfar, kFloat, lanes_.tfar + first);
-      lanes &= ~static_cast<uint32_t>(Bits(meet));
+      lanes &= ~Bits(meet);
       return;
     }
     const V distance = hn::Div(t, terms.den);
@@ -253,15 +255,15 @@ class GroupFacets {
   /// none. Blocked rays are taken from `lanes`.
   HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first, TestRays rays,
                                  TestTriangles triangle, PairTermsOf<V> terms, M meet, V t, V entry,
-                                 ChildWord leaf, uint32_t& lanes) {
+                                 ChildWord leaf, LaneMask& lanes) {
     const GeometryTable::Name name = NameOfLane(task_, block, i);
     const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
     if (!filter) return false;
     const M within = IsWithinLimit(rays, t, terms.den);
     const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
     const V key = hn::Max(distance, entry);
-    GroupHits hits;
-    if (Lanes() < kGroupRays) hits.SetNone();  // of the other vectors
+    GroupHits<kMost> hits;
+    hits.SetNone();  // of the other vectors
     const bool is_second = block.second >> i & 1;
     const auto put = [&](V value, float* values)
                          HWY_ATTR { hn::Store(value, kFloat, values + first); };
@@ -277,11 +279,11 @@ class GroupFacets {
     hn::Store(hn::Set(kUint, task_.instance_id), kUint, hits.instance_id + first);
     const auto call = [&](M offered, const auto& change) HWY_ATTR {
       return rays_.Packets().Call(filter, kQuery, name,
-                                  static_cast<uint32_t>(Bits(offered)) << first, hits.t, hits,
+                                  Bits(offered) << first, hits.t, hits,
                                   change);
     };
     if constexpr (kQuery == Query::kAny) {
-      const uint32_t passed = call(hn::And(meet, within), [](size_t, const FullHit&) {});
+      const LaneMask passed = call(hn::And(meet, within), [](size_t, const FullHit&) {});
       ForEachLane(passed, [&](size_t lane) {
         lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
       });
@@ -291,10 +293,10 @@ class GroupFacets {
     const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
     HWY_ALIGN float keys[kMaxLanes];
     hn::Store(key, kFloat, keys);
-    uint32_t changed = 0;
-    FullHit changes[kGroupRays];
-    const uint32_t passed = call(closer, [&](size_t lane, const FullHit& hit) {
-      changed |= 1u << lane;
+    LaneMask changed = 0;
+    FullHit changes[kMost];
+    const LaneMask passed = call(closer, [&](size_t lane, const FullHit& hit) {
+      changed |= LaneMask{1} << lane;
       changes[lane] = hit;
     });
     KeepLanes(leaf, i, first, rays, triangle, terms, MaskOf((passed & ~changed) >> first), distance,
@@ -319,9 +321,9 @@ class GroupFacets {
     return true;
   }
 
-  RayGroup& rays_;
+  RayGroup<kMost>& rays_;
   const TraceTask& task_;
-  GroupLanes& lanes_;
+  GroupLanes<kMost>& lanes_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -15,27 +15,28 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// The hits of a group, in the order of FullHit, as structure of arrays.
+template <size_t kMost>
 struct GroupHits {
-  uint32_t lanes = 0;  ///< that have one, a bit each
-  HWY_ALIGN float ng[3][kGroupRays];
-  HWY_ALIGN float u[kGroupRays];
-  HWY_ALIGN float v[kGroupRays];
-  HWY_ALIGN uint32_t primitive_id[kGroupRays];
-  HWY_ALIGN uint32_t geometry_id[kGroupRays];
-  HWY_ALIGN uint32_t instance_id[kGroupRays];
-  HWY_ALIGN float t[kGroupRays];
+  LaneMask lanes = 0;  ///< that have one, a bit each
+  HWY_ALIGN float ng[3][kMost];
+  HWY_ALIGN float u[kMost];
+  HWY_ALIGN float v[kMost];
+  HWY_ALIGN uint32_t primitive_id[kMost];
+  HWY_ALIGN uint32_t geometry_id[kMost];
+  HWY_ALIGN uint32_t instance_id[kMost];
+  HWY_ALIGN float t[kMost];
 
   GroupHits() {}  // nothing is set
 
   /// Says of the other lanes that they have none.
   void SetNone() {
-    for (size_t lane = 0; lane < kGroupRays; ++lane) {
+    for (size_t lane = 0; lane < kMost; ++lane) {
       if (!(lanes >> lane & 1)) Set(lane, kNoHit);
     }
   }
 
   /// Those of the active rays of a group.
-  GroupHits(const TraceTask& task, const GroupLanes& group, uint32_t active) {
+  GroupHits(const TraceTask& task, const GroupLanes<kMost>& group, LaneMask active) {
     for (size_t first = 0; first < group.parts() * Lanes(); first += Lanes()) {
       const V one = hn::Set(kFloat, 1.0f), den = hn::Load(kFloat, group.den + first);
       const auto load = [&](const float* values)
@@ -59,7 +60,7 @@ struct GroupHits {
     ForEachLane(active, [&](size_t lane) HWY_ATTR {
       const uint32_t state = group.state[lane];
       if (!(state & RayRecord::kHasHit)) return;
-      lanes |= 1u << lane;
+      lanes |= LaneMask{1} << lane;
       if (HWY_UNLIKELY(!(state & RayRecord::kInLanes))) {
         if (!(state & RayRecord::kInLeaf)) return Set(lane, task.hits[lane]);
         finished.Add(static_cast<RayNumber>(lane));
@@ -69,7 +70,8 @@ struct GroupHits {
       if (group.hit[lane] != known_leaf || state != known_state) {
         known_leaf = group.hit[lane];
         known_state = state;
-        const LeafBlock& block = FacetsOf(task, ChildWord(known_leaf));
+        LeafRoom room;
+        const LeafBlock& block = FacetsOf(task, ChildWord(known_leaf), room);
         const size_t block_lane = state >> RayRecord::kLaneShift;
         name = NameOfLane(task, block, block_lane);
         geometry = task.scene.geometries[name.geometry].geometry_id;
@@ -99,7 +101,7 @@ struct GroupHits {
 
   /// Writes them to the rays of a view that they come from, which are those from `first` on.
   HWY_INLINE void Write(const RecordLayout& layout, size_t first) const {
-    uint32_t left = lanes;
+    LaneMask left = lanes;
 #if HWY_TARGET != HWY_SCALAR
     if (HWY_LIKELY(layout.has_hit_records())) {
       for (size_t lane = 0; left != 0; lane += 4, left >>= 4) {

@@ -14,15 +14,16 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery>
+template <Query kQuery, size_t kMost>
 class GroupTracer;
 
 /// Rays as they are in the space of an instance, with the bits that InstanceTransform gives them.
-HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLanes& outer,
-                               GroupLanes& inner) {
+template <size_t kMost>
+HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLanes<kMost>& outer,
+                               GroupLanes<kMost>& inner) {
   for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
     for (size_t axis = 0; axis < 3; ++axis) {
-      const auto map = [&](const float(*vector)[kGroupRays], V value) HWY_ATTR {
+      const auto map = [&](const float(*vector)[kMost], V value) HWY_ATTR {
         for (size_t i = 3; i-- > 0;) {
           value = hn::MulAdd(hn::Load(kFloat, vector[i] + first),
                              hn::Set(kFloat, transform.column[i][axis]), value);
@@ -40,20 +41,21 @@ HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLane
 
 /// The rays of some lanes in an instance that does not move. Lanes of hits of the outer scene have
 /// records, whose numbers are `numbers`.
-template <Query kQuery>
+template <Query kQuery, size_t kMost>
 class GroupInInstance {
  public:
   GroupInInstance(const TraceTask& task, uint32_t geometry, const RayNumber* numbers)
       : outer_(task), numbers_(numbers), task_(TaskInInstance(task, geometry, numbers)) {}
 
-  /// Whether a group can go into a scene.
-  static bool CanBe(const TraceTask& task, uint32_t geometry) {
+  /// Whether a group of so many vectors can go into a scene.
+  static bool CanBe(const TraceTask& task, uint32_t geometry, size_t parts) {
     const SceneParts& scene = *task.scene.geometries.shapes().InstancedScene(geometry);
     return HWY_NATIVE_FMA && scene.kept && !scene.has_callbacks &&
-           task.instance_memory.count >= kGroupRays;
+           task.instance_memory.count >= parts * Lanes();
   }
 
-  void Trace(GroupLanes& outer, GroupLanes& inner, uint32_t active, ListMemory memory) {
+  void Trace(GroupLanes<kMost>& outer, GroupLanes<kMost>& inner, LaneMask active,
+             ListMemory memory) {
     ForEachLane(active, [&](size_t lane) {
       outer_.instance_memory.callers[lane] = outer_.CallerOf(numbers_[lane]);
       uint32_t& state = inner.state[lane];
@@ -63,7 +65,7 @@ class GroupInInstance {
         task_.hits[lane] = outer_.hits[numbers_[lane]];
       }
     });
-    GroupTracer<kQuery>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
+    GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
     for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
       const V tfar =
           hn::Min(hn::Load(kFloat, outer.tfar + first), hn::Load(kFloat, inner.tfar + first));
@@ -73,8 +75,8 @@ class GroupInInstance {
   }
 
  private:
-  void TakeHits(GroupLanes& outer, const GroupLanes& inner, uint32_t active) {
-    uint32_t in_lanes = 0;
+  void TakeHits(GroupLanes<kMost>& outer, const GroupLanes<kMost>& inner, LaneMask active) {
+    LaneMask in_lanes = 0;
     ForEachLane(active, [&](size_t lane) {
       const uint32_t state = inner.state[lane];
       if (!(state & RayRecord::kHasHit)) return;
@@ -83,7 +85,7 @@ class GroupInInstance {
       } else if (state & RayRecord::kOfOuter) {
         return;
       } else if (state & RayRecord::kInLanes) {
-        in_lanes |= 1u << lane;
+        in_lanes |= LaneMask{1} << lane;
       } else {
         uint32_t geometry;
         const FullHit hit = task_.finish_hit(task_, static_cast<RayNumber>(lane), geometry);
@@ -91,16 +93,17 @@ class GroupInInstance {
       }
     });
     if (in_lanes == 0) return;
-    const GroupHits found(task_, inner, in_lanes);
+    const GroupHits<kMost> found(task_, inner, in_lanes);
     ForEachLane(in_lanes, [&](size_t lane) {
-      const LeafBlock& block = FacetsOf(task_, ChildWord(inner.hit[lane]));
+      LeafRoom room;
+      const LeafBlock& block = FacetsOf(task_, ChildWord(inner.hit[lane]), room);
       const size_t block_lane = inner.state[lane] >> RayRecord::kLaneShift;
       Take(outer, inner, lane, GeometryOfLane(task_, block, block_lane), found.Get(lane));
     });
   }
 
-  void Take(GroupLanes& outer, const GroupLanes& inner, size_t lane, uint32_t geometry,
-            const FullHit& hit) const {
+  void Take(GroupLanes<kMost>& outer, const GroupLanes<kMost>& inner, size_t lane,
+            uint32_t geometry, const FullHit& hit) const {
     outer.state[lane] = RayRecord::kHasHit | (inner.state[lane] & RayRecord::kAtLimit);
     outer.hit[lane] = geometry;
     outer_.hits[numbers_[lane]] = hit;

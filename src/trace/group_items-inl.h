@@ -17,21 +17,22 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery>
+template <Query kQuery, size_t kMost>
 class GroupItems {
  public:
-  explicit GroupItems(RayGroup& rays) : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
+  explicit GroupItems(RayGroup<kMost>& rays)
+      : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
 
   /// Hands the rays of some lanes to the functions of user primitives.
-  HWY_NOINLINE void TestUserPrimitives(const LeafBlock& block, uint32_t active) {
+  HWY_NOINLINE void TestUserPrimitives(const LeafBlock& block, LaneMask active) {
     for (size_t i = 0; i < block.lanes; ++i) {
       const GeometryTable::Name item = NameOfLane(task_, block, i);
       const Geometry& user = task_.scene.geometries.shapes()[item.geometry];
       const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
-      const uint32_t entering = EnterItem(block, i, active);
+      const LaneMask entering = EnterItem(block, i, active);
       if (entering == 0 || !function) continue;
-      GroupHits hits;
-      if constexpr (kQuery == Query::kClosest) hits = GroupHits(task_, lanes_, active);
+      GroupHits<kMost> hits;
+      if constexpr (kQuery == Query::kClosest) hits = GroupHits<kMost>(task_, lanes_, active);
       hits.SetNone();
       rays_.Packets().Call(function, kQuery, item, entering, lanes_.tfar, hits,
                            [&](size_t lane, const FullHit& hit) {
@@ -48,14 +49,14 @@ class GroupItems {
   }
 
   /// Instances in a block, none of which moves.
-  void TestInstances(const LeafBlock& block, uint32_t active, ListMemory memory) {
+  void TestInstances(const LeafBlock& block, LaneMask active, ListMemory memory) {
     if (task_.instance_memory.count == 0) return;  // There is one level of instances.
     for (size_t item = 0; item < block.lanes; ++item) {
-      const uint32_t entering = EnterItem(block, item, active);
+      const LaneMask entering = EnterItem(block, item, active);
       if (entering == 0) continue;
       const uint32_t geometry = GeometryOfLane(task_, block, item);
       if (hwy::PopCount(entering) > policy::kFewRays &&
-          GroupInInstance<kQuery>::CanBe(task_, geometry)) {
+          GroupInInstance<kQuery, kMost>::CanBe(task_, geometry, lanes_.parts())) {
         TraceInInstance(geometry, entering, memory);
       } else {
         InstanceRays<kQuery> rays(task_, geometry, memory);
@@ -70,8 +71,8 @@ class GroupItems {
   }
 
  private:
-  void TraceInInstance(uint32_t geometry, uint32_t entering, ListMemory memory) {
-    GroupLanes inner = lanes_;
+  void TraceInInstance(uint32_t geometry, LaneMask entering, ListMemory memory) {
+    GroupLanes<kMost> inner = lanes_;
     TransformLanes(task_.scene.geometries.shapes().ToStillInstance(geometry), lanes_, inner);
     ForEachLane(entering, [&](size_t lane) {
       // The name of a hit of this scene is asked of its record.
@@ -81,19 +82,19 @@ class GroupItems {
       inner.time[lane] = ray.time;
       inner.mask[lane] = ray.mask;
     });
-    GroupInInstance<kQuery>(task_, geometry, rays_.numbers())
+    GroupInInstance<kQuery, kMost>(task_, geometry, rays_.numbers())
         .Trace(lanes_, inner, entering, memory);
   }
 
   /// Those of the lanes that enter the bounds of an item of a block.
-  HWY_INLINE uint32_t EnterItem(const LeafBlock& block, size_t i, uint32_t active) const {
+  HWY_INLINE LaneMask EnterItem(const LeafBlock& block, size_t i, LaneMask active) const {
     const float* const data = block.bounds_data() + i;
     WideBox box;
     for (size_t axis = 0; axis < 3; ++axis) {
       box.lower[axis] = WidenDown(hn::Set(kFloat, data[axis * block.lanes]));
       box.upper[axis] = WidenUp(hn::Set(kFloat, data[(3 + axis) * block.lanes]));
     }
-    uint64_t entering = 0;
+    LaneMask entering = 0;
     for (size_t part = 0; part < lanes_.parts(); ++part) {
       V org[3], reciprocal[3];
       lanes_.LoadPart(part, org, reciprocal);
@@ -103,12 +104,12 @@ class GroupItems {
                       hn::Load(kFloat, lanes_.tfar + first)))
           << first;
     }
-    return active & static_cast<uint32_t>(entering);
+    return active & entering;
   }
 
-  RayGroup& rays_;
+  RayGroup<kMost>& rays_;
   const TraceTask& task_;
-  GroupLanes& lanes_;
+  GroupLanes<kMost>& lanes_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// Up to 16 rays in the lanes of vectors.
+// Up to 32 rays in the lanes of vectors.
 
 #if defined(DACRT_TRACE_GROUP_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_GROUP_LANES_INL_H_
@@ -19,9 +19,18 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-constexpr size_t kGroupRays = 16;
-/// Vectors that hold a group.
-constexpr size_t kGroupParts = kGroupRays / hn::MaxLanes(D());
+/// Rays of the largest groups, and of those that are packets.
+constexpr size_t kMostGroupRays = 64, kPacketRays = 16;
+
+/// Lanes of a group, a bit each.
+using LaneMask = uint64_t;
+/// Bits for the first `count` lanes of a group.
+constexpr LaneMask FirstLanes(size_t count) { return ~LaneMask{0} >> (64 - count); }
+
+/// Some vectors of a group.
+struct PartRange {
+  size_t begin, end;
+};
 
 #if HWY_TARGET != HWY_SCALAR
 /// Four vectors of four, from rows to columns.
@@ -42,30 +51,40 @@ struct FourByFour {
 
 /// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
 /// one.
+template <size_t kMost>
 struct GroupLanes {
-  HWY_ALIGN float org[3][kGroupRays];
-  HWY_ALIGN float reciprocal[3][kGroupRays];
-  HWY_ALIGN float dir[3][kGroupRays];
-  HWY_ALIGN float start[kGroupRays];
-  HWY_ALIGN float tnear[kGroupRays];
-  HWY_ALIGN float tfar[kGroupRays];
-  HWY_ALIGN float time[kGroupRays];
-  HWY_ALIGN uint32_t mask[kGroupRays];
-  HWY_ALIGN uint32_t state[kGroupRays];
-  HWY_ALIGN uint32_t hit[kGroupRays];
+  static constexpr size_t kMostParts = kMost / hn::MaxLanes(D());
+
+  HWY_ALIGN float org[3][kMost];
+  HWY_ALIGN float reciprocal[3][kMost];
+  HWY_ALIGN float dir[3][kMost];
+  HWY_ALIGN float start[kMost];
+  HWY_ALIGN float tnear[kMost];
+  HWY_ALIGN float tfar[kMost];
+  HWY_ALIGN float time[kMost];
+  HWY_ALIGN uint32_t mask[kMost];
+  HWY_ALIGN uint32_t state[kMost];
+  HWY_ALIGN uint32_t hit[kMost];
 
   /// What the triangle test found for lanes whose state says RayRecord::kInLanes; of other hits it
   /// is computed once more at the end.
-  HWY_ALIGN float t[kGroupRays];
-  HWY_ALIGN float u[kGroupRays];  ///< times den
-  HWY_ALIGN float v[kGroupRays];
-  HWY_ALIGN float den[kGroupRays];
-  HWY_ALIGN float ng[3][kGroupRays];
+  HWY_ALIGN float t[kMost];
+  HWY_ALIGN float u[kMost];  ///< times den
+  HWY_ALIGN float v[kMost];
+  HWY_ALIGN float den[kMost];
+  HWY_ALIGN float ng[3][kMost];
 
   /// Vectors in which rays stand: the first ones.
-  HWY_INLINE size_t parts() const { return kGroupParts == 1 ? 1 : parts_; }
+  HWY_INLINE size_t parts() const { return kMostParts == 1 ? 1 : parts_; }
   /// Says that rays stand in the first `count` lanes.
   HWY_INLINE void SetCount(size_t count) { parts_ = (count + Lanes() - 1) / Lanes(); }
+
+  /// Those from the first to the last that hold one of some lanes, of which there is one.
+  static HWY_INLINE PartRange PartsWith(LaneMask lanes) {
+    if constexpr (kMostParts == 1) return {0, 1};
+    return {hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes) / Lanes(),
+            (63 - hwy::Num0BitsAboveMS1Bit_Nonzero64(lanes)) / Lanes() + 1};
+  }
 
   /// From the engine's record.
   void Load(size_t lane, const RayRecord& ray) {
@@ -102,7 +121,7 @@ struct GroupLanes {
   }
 
   /// From the lanes of a packet in the caller's memory. Returns which rays are active, a bit each.
-  HWY_INLINE uint32_t LoadPacket(const RayPacket& packet) {
+  HWY_INLINE LaneMask LoadPacket(const RayPacket& packet) {
     switch (packet.lanes) {
       case 16:
         return LoadPacketOf<16>(packet);
@@ -116,7 +135,7 @@ struct GroupLanes {
   }
 
   /// From rays of a view, from `first` on.
-  HWY_INLINE uint32_t LoadView(const RecordLayout& layout, size_t first, size_t count) {
+  HWY_INLINE LaneMask LoadView(const RecordLayout& layout, size_t first, size_t count) {
     if (HWY_LIKELY(layout.has_records())) {
       size_t lane = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -140,7 +159,7 @@ struct GroupLanes {
       }
     }
     SetCount(count);
-    return FinishLanes((1u << count) - 1);
+    return FinishLanes(FirstLanes(count));
   }
 
   HWY_INLINE void LoadPart(size_t part, V* o, V* r) const {
@@ -151,8 +170,8 @@ struct GroupLanes {
   }
 
   /// Those of `lanes` whose directions run in the octant of the first of them, which is set.
-  HWY_INLINE uint32_t LanesOfOctant(uint32_t lanes, uint32_t& octant) const {
-    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes);
+  HWY_INLINE LaneMask LanesOfOctant(LaneMask lanes, uint32_t& octant) const {
+    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
     octant = 0;
     for (int axis = 0; axis < 3; ++axis) {
       uint64_t negative = 0;
@@ -163,22 +182,22 @@ struct GroupLanes {
       }
       const bool is_negative = (negative >> first) & 1;
       octant |= static_cast<uint32_t>(is_negative) << axis;
-      lanes &= static_cast<uint32_t>(is_negative ? negative : ~negative);
+      lanes &= is_negative ? negative : ~negative;
     }
     return lanes;
   }
 
   /// The least and the largest of some lanes' values.
-  HWY_INLINE void Bound(const float* values, uint32_t lanes, float& low, float& high) const {
+  HWY_INLINE void Bound(const float* values, LaneMask lanes, float& low, float& high) const {
     V v_low = hn::Load(kFloat, values), v_high = v_low;
-    if (HWY_LIKELY(lanes == (uint32_t{1} << (parts() * Lanes())) - 1)) {
+    if (HWY_LIKELY(lanes == FirstLanes(parts() * Lanes()))) {
       for (size_t part = 1; part < parts(); ++part) {
         const V v = hn::Load(kFloat, values + part * Lanes());
         v_low = hn::Min(v_low, v);
         v_high = hn::Max(v_high, v);
       }
     } else {
-      const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)]);
+      const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes)]);
       v_low = v_high = other;
       for (size_t part = 0; part < parts(); ++part) {
         const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
@@ -192,17 +211,18 @@ struct GroupLanes {
   }
 
   /// Bits that the masks of some lanes' rays have in common.
-  HWY_INLINE uint32_t CommonMask(uint32_t lanes) const {
+  HWY_INLINE uint32_t CommonMask(LaneMask lanes) const {
     uint32_t common = UINT32_MAX;
     for (; lanes != 0; lanes &= lanes - 1) {
-      common &= mask[hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes)];
+      common &= mask[hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes)];
     }
     return common;
   }
 
-  HWY_INLINE float LargestTFar(uint32_t lanes) const {
+  HWY_INLINE float LargestTFar(LaneMask lanes) const {
     V largest = hn::Zero(kFloat);
-    for (size_t part = 0; part < parts(); ++part) {
+    const PartRange used = PartsWith(lanes);
+    for (size_t part = used.begin; part < used.end; ++part) {
       largest =
           hn::Max(largest, hn::IfThenElseZero(MaskOf(lanes >> (part * Lanes())),
                                               hn::Load(kFloat, tfar + part * Lanes())));
@@ -211,13 +231,13 @@ struct GroupLanes {
   }
 
   /// Those of some lanes whose any-hit rays are blocked.
-  HWY_INLINE uint32_t Blocked(uint32_t lanes) const {
+  HWY_INLINE LaneMask Blocked(LaneMask lanes) const {
     uint64_t blocked = 0;
     for (size_t part = 0; part < parts(); ++part) {
       const V end = hn::Load(kFloat, tfar + part * Lanes());
       blocked |= Bits(hn::Lt(end, hn::Zero(kFloat))) << (part * Lanes());
     }
-    return lanes & static_cast<uint32_t>(blocked);
+    return lanes & blocked;
   }
 
  private:
@@ -272,7 +292,7 @@ struct GroupLanes {
 
   /// kCount is the packet's lanes, or 0 if that is not known.
   template <size_t kCount>
-  HWY_INLINE uint32_t LoadPacketOf(const RayPacket& packet) {
+  HWY_INLINE LaneMask LoadPacketOf(const RayPacket& packet) {
     using enum PacketComponent;
     const size_t count = kCount ? kCount : packet.lanes;
     const float* const values = static_cast<const float*>(packet.values);
@@ -294,10 +314,10 @@ struct GroupLanes {
       memset(mask, 0xFF, sizeof(mask));
     }
     SetCount(count);
-    uint32_t valid = (1u << count) - 1;
+    LaneMask valid = FirstLanes(count);
     if (packet.valid) {
       for (size_t lane = 0; lane < count; ++lane) {
-        valid &= ~(uint32_t{packet.valid[lane] != -1} << lane);
+        valid &= ~(LaneMask{packet.valid[lane] != -1} << lane);
       }
     }
     return FinishLanes(valid);
@@ -305,8 +325,8 @@ struct GroupLanes {
 
   /// Sets what is derived from the values of lanes that hold a ray. Returns those that are active,
   /// by the definition in RayView.
-  HWY_INLINE uint32_t FinishLanes(uint32_t lanes) {
-    uint64_t active = 0;
+  HWY_INLINE LaneMask FinishLanes(LaneMask lanes) {
+    LaneMask active = 0;
     for (size_t part = 0; part < parts(); ++part) {
       const size_t first = part * Lanes();
       const V zero = hn::Zero(kFloat);
@@ -327,10 +347,10 @@ struct GroupLanes {
       hn::Store(hn::Set(kUint, uint32_t{RayRecord::kAtLimit}), kUint, state + first);
     }
     active &= lanes;
-    return static_cast<uint32_t>(active);
+    return active;
   }
 
-  size_t parts_ = kGroupParts;
+  size_t parts_ = kMostParts;
 };
 
 /// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and
@@ -345,7 +365,8 @@ struct GroupInterval {
   float length = 0;      ///< of directions, the largest component
 
   /// Of the rays of some lanes.
-  HWY_INLINE GroupInterval(const GroupLanes& group, uint32_t lanes, uint32_t octant) {
+  template <size_t kMost>
+  HWY_INLINE GroupInterval(const GroupLanes<kMost>& group, LaneMask lanes, uint32_t octant) {
     const auto bound = [&](const float* values, float& low, float& high)
                            HWY_ATTR { group.Bound(values, lanes, low, high); };
     float low, high;

@@ -15,10 +15,10 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery>
+template <Query kQuery, size_t kMost>
 class GroupLeafTest {
  public:
-  explicit GroupLeafTest(RayGroup& rays)
+  explicit GroupLeafTest(RayGroup<kMost>& rays)
       : rays_(rays),
         task_(rays.task()),
         facets_(rays),
@@ -29,26 +29,36 @@ class GroupLeafTest {
 
   /// `enter` says of boxes which of them rays may enter (see enter_group-inl.h).
   template <class Enter>
-  HWY_INLINE void Test(ChildWord leaf, uint32_t active, ListMemory memory, const Enter& enter) {
+  HWY_INLINE void Test(ChildWord leaf, LaneMask active, ListMemory memory, const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
     if (HWY_LIKELY(tests_in_lanes_ && block && !has_filters_)) {
       return facets_.Test(leaf, *block, active, enter);
     }
-    if (!tests_in_lanes_ || !leaf.IsBlock()) {
+    if (!tests_in_lanes_) {
       return rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
         TestLeaf<kQuery>(task_, leaf, list, count, memory);
       });
     }
-    TestRow(leaf, active, memory, enter);
+    if (HWY_UNLIKELY(leaf.IsRange())) return TestRange(leaf, active, memory, enter);
+    const auto* const first = reinterpret_cast<const LeafBlock*>(
+        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    TestRow(leaf, first, active, memory, enter);
   }
 
  private:
+  /// A leaf that carries no geometry.
+  template <class Enter>
+  HWY_NOINLINE void TestRange(ChildWord range, LaneMask active, ListMemory memory,
+                              const Enter& enter) {
+    ForEachMadeLeaf(task_, range.range(), SIZE_MAX, [&](ChildWord leaf, const LeafBlock* first) {
+      TestRow(leaf, first, active, memory, enter);
+    });
+  }
+
   /// The blocks of a leaf of any kind.
   template <class Enter>
-  HWY_NOINLINE void TestRow(ChildWord leaf, uint32_t active, ListMemory memory,
-                            const Enter& enter) {
-    const auto* block = reinterpret_cast<const LeafBlock*>(
-        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+  HWY_NOINLINE void TestRow(ChildWord leaf, const LeafBlock* block, LaneMask active,
+                            ListMemory memory, const Enter& enter) {
     for (;; block = block->Next()) {
       const bool is_still = !block->is_timed;
       if (is_still && block->kind == LeafKind::kFacets && !IsFiltered(*block)) {
@@ -90,10 +100,10 @@ class GroupLeafTest {
     return false;
   }
 
-  RayGroup& rays_;
+  RayGroup<kMost>& rays_;
   const TraceTask& task_;
-  GroupFacets<kQuery> facets_;
-  GroupItems<kQuery> items_;
+  GroupFacets<kQuery, kMost> facets_;
+  GroupItems<kQuery, kMost> items_;
   const bool tests_in_lanes_;
   const bool has_filters_;
 };

@@ -16,19 +16,22 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+template <size_t kMost>
 class GroupPackets {
  public:
   /// Whether a group can be handed out so: packets are aligned, and fill the group.
   static bool CanBe(size_t width) { return width == 4 || width == 8 || width == 16; }
 
   /// The rays of a group, whose numbers are those of their lanes; `all` are the lanes that hold one.
-  GroupPackets(const TraceTask& task, const GroupLanes& group, uint32_t all)
-      : task_(task), width_(task.frame.options.callback_width) {
+  GroupPackets(const TraceTask& task, const GroupLanes<kMost>& group, LaneMask all)
+      : task_(task),
+        width_(task.frame.options.callback_width),
+        lanes_(HWY_MAX(group.parts() * Lanes(), width_)) {
     using enum PacketComponent;
     // Lanes without a ray hold nothing that is not zero.
     const auto put = [&](PacketComponent component, const float* values) HWY_ATTR {
-      HWY_ALIGN float of_rays[kGroupRays];
-      for (size_t first = 0; first < kGroupRays; first += Lanes()) {
+      HWY_ALIGN float of_rays[kMost];
+      for (size_t first = 0; first < lanes_; first += Lanes()) {
         hn::Store(hn::IfThenElseZero(MaskOf(all >> first), hn::Load(kFloat, values + first)),
                   kFloat, of_rays + first);
       }
@@ -45,7 +48,7 @@ class GroupPackets {
     put(kDirZ, group.dir[2]);
     put(kTime, group.time);
     put(kMask, reinterpret_cast<const float*>(group.mask));
-    HWY_ALIGN uint32_t ids[kGroupRays], flags[kGroupRays];
+    HWY_ALIGN uint32_t ids[kMost], flags[kMost];
     ForEachLane(all, [&](size_t lane) {
       const uint32_t caller = task.CallerOf(static_cast<RayNumber>(lane));
       ids[lane] = task.frame.Id(caller);
@@ -59,11 +62,12 @@ class GroupPackets {
   /// the lanes that it leaves valid. `change(lane, hit)` is called for those of which it has changed
   /// the end or the hit.
   template <class Change>
-  uint32_t Call(const Callback& function, Query query, const GeometryTable::Name& item,
-                uint32_t lanes, const float* tfar, const GroupHits& hits, const Change& change) {
-    uint32_t valid = 0;
+  LaneMask Call(const Callback& function, Query query, const GeometryTable::Name& item,
+                LaneMask lanes, const float* tfar, const GroupHits<kMost>& hits,
+                const Change& change) {
+    LaneMask valid = 0;
     ForEachPacket([&](size_t first) {
-      const uint32_t of_packet = lanes >> first & ((1u << width_) - 1);
+      const LaneMask of_packet = lanes >> first & FirstLanes(width_);
       if (of_packet != 0) valid |= CallOne(function, query, item, of_packet, first, tfar, hits,
                                            change) << first;
     });
@@ -73,7 +77,7 @@ class GroupPackets {
  private:
   template <class Function>
   HWY_INLINE void ForEachPacket(const Function& function) const {
-    for (size_t first = 0; first < kGroupRays; first += width_) function(first);
+    for (size_t first = 0; first < lanes_; first += width_) function(first);
   }
 
   /// The values of a component in the packet that begins with a lane.
@@ -82,9 +86,10 @@ class GroupPackets {
   }
 
   template <class Change>
-  HWY_INLINE uint32_t CallOne(const Callback& function, Query query,
-                              const GeometryTable::Name& item, uint32_t lanes, size_t first,
-                              const float* tfar, const GroupHits& hits, const Change& change) {
+  HWY_INLINE LaneMask CallOne(const Callback& function, Query query,
+                              const GeometryTable::Name& item, LaneMask lanes, size_t first,
+                              const float* tfar, const GroupHits<kMost>& hits,
+                              const Change& change) {
     using enum PacketComponent;
     const auto put = [&](PacketComponent component, const auto* values) {
       memcpy(Values(first, component), values + first, width_ * sizeof(float));
@@ -101,17 +106,17 @@ class GroupPackets {
     // As it was, from the rays' ends on.
     constexpr auto kBegin = static_cast<size_t>(kTfar);
     const float* const packet = Values(first, kOrgX);
-    alignas(64) float before[kPacketComponents * kGroupRays];
+    alignas(64) float before[kPacketComponents * kMostWidth];
     const size_t begin = kBegin * width_;
     const size_t bytes = (kPacketComponents - kBegin) * width_ * sizeof(float);
     memcpy(before + begin, packet + begin, bytes);
-    alignas(64) int32_t valid[kGroupRays];
+    alignas(64) int32_t valid[kMostWidth];
     for (size_t i = 0; i < width_; ++i) valid[i] = -static_cast<int32_t>(lanes >> i & 1);
     function({query, static_cast<uint32_t>(width_), valid, Values(first, kOrgX),
               task_.scene.geometries[item.geometry].geometry_id, item.primitive, task_.instance_id,
               task_.frame.options.call});
-    uint32_t left = 0;
-    ForEachLane(lanes, [&](size_t i) { left |= static_cast<uint32_t>(valid[i] != 0) << i; });
+    LaneMask left = 0;
+    ForEachLane(lanes, [&](size_t i) { left |= LaneMask{valid[i] != 0} << i; });
     if (HWY_LIKELY(memcmp(before + begin, packet + begin, bytes) == 0)) return left;
     ForEachLane(lanes, [&](size_t i) {
       const FullHit now = RecordLayout::ReadHit(packet, width_, i);
@@ -120,9 +125,12 @@ class GroupPackets {
     return left;
   }
 
-  alignas(64) float values_[kPacketComponents * kGroupRays];
+  static constexpr size_t kMostWidth = 16;
+
+  alignas(64) float values_[kPacketComponents * kMost];
   const TraceTask& task_;
   const size_t width_;
+  const size_t lanes_;  ///< of packets that may hold rays
 };
 
 }  // namespace HWY_NAMESPACE

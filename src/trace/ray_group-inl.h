@@ -8,6 +8,7 @@
 #define DACRT_TRACE_RAY_GROUP_INL_H_
 #endif
 
+#include <array>
 #include <optional>
 
 #include "trace/group_packets-inl.h"
@@ -16,22 +17,23 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+template <size_t kMost>
 class RayGroup {
  public:
-  RayGroup(const TraceTask& task, GroupLanes& lanes) : task_(task), lanes_(lanes) {}
+  RayGroup(const TraceTask& task, GroupLanes<kMost>& lanes) : task_(task), lanes_(lanes) {}
 
   /// The rays of some lanes, which the caller has loaded. One that needs a record of its own gets
   /// task.rays[lane].
-  void BeginLanes(uint32_t active) {
-    numbers_ = kLanes;
+  void BeginLanes(LaneMask active) {
+    numbers_ = kLanes.data();
     with_record_ = 0;
     all_ = active;
   }
 
-  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kGroupRays.
+  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kMost.
   void BeginRecords(const RayNumber* numbers, size_t count) {
     numbers_ = numbers;
-    with_record_ = UINT32_MAX;
+    with_record_ = ~LaneMask{0};
     lanes_.SetCount(count);
     for (size_t lane = 0; lane < lanes_.parts() * Lanes(); ++lane) {
       lanes_.Load(lane, task_.rays[numbers[lane < count ? lane : 0]]);
@@ -39,7 +41,7 @@ class RayGroup {
   }
 
   const TraceTask& task() const { return task_; }
-  GroupLanes& lanes() const { return lanes_; }
+  GroupLanes<kMost>& lanes() const { return lanes_; }
   /// Of the records of the rays in the lanes.
   const RayNumber* numbers() const { return numbers_; }
   /// Whether the record of a lane holds the ray, if not its hit.
@@ -52,13 +54,13 @@ class RayGroup {
       lanes_.StoreHit(lane, ray);
     } else {
       lanes_.Store(lane, ray);
-      with_record_ |= 1u << lane;
+      with_record_ |= LaneMask{1} << lane;
     }
     return ray;
   }
 
   /// The numbers of the rays in some lanes, whose records stand as the rays do.
-  HWY_INLINE size_t ListOf(uint32_t lanes, RayNumber* list) {
+  HWY_INLINE size_t ListOf(LaneMask lanes, RayNumber* list) {
     size_t count = 0;
     ForEachLane(lanes, [&](size_t lane) {
       RecordOf(lane);
@@ -66,15 +68,15 @@ class RayGroup {
     });
     return count;
   }
-  HWY_INLINE void LoadHits(uint32_t lanes) {
+  HWY_INLINE void LoadHits(LaneMask lanes) {
     ForEachLane(lanes, [&](size_t lane) { lanes_.LoadHit(lane, task_.rays[numbers_[lane]]); });
   }
 
   /// `test(list, count)` tests the rays of some lanes by their records, to which their numbers
   /// lead.
   template <class Test>
-  HWY_INLINE void TestRecords(uint32_t active, const Test& test) {
-    RayNumber list[kGroupRays] = {};
+  HWY_INLINE void TestRecords(LaneMask active, const Test& test) {
+    RayNumber list[kMost] = {};
     const size_t count = ListOf(active, list);
     test(list, count);
     LoadHits(active);
@@ -82,23 +84,27 @@ class RayGroup {
 
   /// Whether functions can be called for the lanes as they are.
   bool CanCall() const {
-    return numbers_ == kLanes && GroupPackets::CanBe(task_.frame.options.callback_width);
+    return numbers_ == kLanes.data() &&
+           GroupPackets<kMost>::CanBe(task_.frame.options.callback_width);
   }
-  GroupPackets& Packets() {
+  GroupPackets<kMost>& Packets() {
     if (!packets_) packets_.emplace(task_, lanes_, all_);
     return *packets_;
   }
 
  private:
-  static constexpr RayNumber kLanes[kGroupRays] = {0, 1, 2,  3,  4,  5,  6,  7,
-                                                   8, 9, 10, 11, 12, 13, 14, 15};
+  static constexpr auto kLanes = [] {
+    std::array<RayNumber, kMost> lanes{};
+    for (RayNumber lane = 0; lane < kMost; ++lane) lanes[lane] = lane;
+    return lanes;
+  }();
 
   const TraceTask& task_;
-  GroupLanes& lanes_;
-  const RayNumber* numbers_ = kLanes;
-  uint32_t with_record_ = 0;             ///< lanes whose records hold the ray
-  uint32_t all_ = 0;                     ///< lanes that hold a ray
-  std::optional<GroupPackets> packets_;  ///< where functions are called
+  GroupLanes<kMost>& lanes_;
+  const RayNumber* numbers_ = kLanes.data();
+  LaneMask with_record_ = 0;             ///< lanes whose records hold the ray
+  LaneMask all_ = 0;                     ///< lanes that hold a ray
+  std::optional<GroupPackets<kMost>> packets_;  ///< where functions are called
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// A group of up to 16 neighbouring rays in the lanes of vectors, each still looking or not by a
+// A group of up to 32 neighbouring rays in the lanes of vectors, each still looking or not by a
 // lane mask: for rays that run close together, which enter the same children.
 //
 // Wald, Slusallek, Benthin, Wagner, "Interactive rendering with coherent ray tracing", Eurographics
@@ -23,26 +23,32 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery>
+/// Nodes and leaves that a group has visited, and with how many lanes, those of all visits
+/// together.
+struct GroupVisits {
+  uint32_t count = 0;
+  uint32_t lanes = 0;
+};
+
+template <Query kQuery, size_t kMost>
 class GroupTracer {
  public:
-  GroupTracer(const TraceTask& task, GroupLanes& lanes)
+  GroupTracer(const TraceTask& task, GroupLanes<kMost>& lanes)
       : task_(task), lanes_(lanes), rays_(task, lanes), leaves_(rays_) {}
 
-  /// Nodes and leaves that were visited.
-  uint32_t visits() const { return visits_; }
+  const GroupVisits& visits() const { return visits_; }
 
   /// The rays of some lanes, which the caller has loaded. One that needs a record of its own gets
   /// task.rays[lane].
-  void TraceLanes(ChildWord root, uint32_t active, ListMemory memory) {
+  void TraceLanes(ChildWord root, LaneMask active, ListMemory memory) {
     rays_.BeginLanes(active);
     TraceActive(root, active, memory);
   }
 
-  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kGroupRays.
+  /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kMost.
   void TraceRecords(ChildWord root, const RayNumber* numbers, size_t count, ListMemory memory) {
     rays_.BeginRecords(numbers, count);
-    TraceActive(root, (1u << count) - 1, memory);
+    TraceActive(root, FirstLanes(count), memory);
     for (size_t lane = 0; lane < count; ++lane) {
       RayRecord& ray = task_.rays[numbers[lane]];
       lanes_.StoreHit(lane, ray);
@@ -51,32 +57,34 @@ class GroupTracer {
   }
 
  private:
-  void TraceActive(ChildWord root, uint32_t active, ListMemory memory) {
+  void TraceActive(ChildWord root, LaneMask active, ListMemory memory) {
     uint32_t octant;
     if (lanes_.LanesOfOctant(active, octant) == active) {
       const GroupInterval interval(lanes_, active, octant);
       if (interval.IsNarrow(task_.scene.bounds.LongestSide())) {
         return Walk(root, active, memory,
-                    TogetherEnter{task_, lanes_, kPlaneOffsets[octant], interval});
+                    TogetherEnter<kMost>{task_, lanes_, kPlaneOffsets[octant], interval});
       }
     }
-    Walk(root, active, memory, EachEnters{task_, lanes_});
+    Walk(root, active, memory, EachEnters<kMost>{task_, lanes_});
   }
 
   static constexpr size_t kMostOpen = 256;
 
   /// `enter` opens the children of a node that active lanes enter.
   template <class Enter>
-  void Walk(ChildWord child, uint32_t active, ListMemory memory, const Enter& enter) {
+  void Walk(ChildWord child, LaneMask active, ListMemory memory, const Enter& enter) {
     OpenForLanes open[kMostOpen];
     size_t count = 0;
     for (;;) {
-      ++visits_;
+      const auto lanes = static_cast<uint32_t>(hwy::PopCount(active));
+      ++visits_.count;
+      visits_.lanes += lanes;
       if (child.IsLeaf()) {
         leaves_.Test(child, active, memory, enter);
-      } else if (hwy::PopCount(active) <= policy::kFewRays ||
-                 HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
-        visits_ += policy::kVisitsAlone * static_cast<uint32_t>(hwy::PopCount(active));
+      } else if (lanes <= policy::kFewRays || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
+        visits_.count += policy::kVisitsAlone * lanes;
+        visits_.lanes += policy::kVisitsAlone * lanes;
         ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
       } else if (HWY_UNLIKELY(child.IsSubset())) {
         if (const auto opened = OpenForGroup(child.number(), active, memory)) {
@@ -112,13 +120,14 @@ class GroupTracer {
   }
 
   /// Those of some lanes that have no hit closer than `distance`.
-  HWY_INLINE uint32_t LanesWithin(uint32_t lanes, float distance) const {
-    uint64_t within = 0;
-    for (size_t part = 0; part < lanes_.parts(); ++part) {
+  HWY_INLINE LaneMask LanesWithin(LaneMask lanes, float distance) const {
+    LaneMask within = 0;
+    const PartRange used = lanes_.PartsWith(lanes);
+    for (size_t part = used.begin; part < used.end; ++part) {
       const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
       within |= Bits(hn::Ge(tfar, hn::Set(kFloat, distance))) << (part * Lanes());
     }
-    return lanes & static_cast<uint32_t>(within);
+    return lanes & within;
   }
 
   void TraceAlone(ChildWord child, size_t lane, ListMemory memory) {
@@ -128,7 +137,7 @@ class GroupTracer {
   }
 
   /// OpenSubset for the rays of some lanes.
-  HWY_NOINLINE std::optional<ChildWord> OpenForGroup(uint32_t subset, uint32_t active,
+  HWY_NOINLINE std::optional<ChildWord> OpenForGroup(uint32_t subset, LaneMask active,
                                                      ListMemory memory) {
     std::optional<ChildWord> opened;
     rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
@@ -141,10 +150,10 @@ class GroupTracer {
   }
 
   const TraceTask& task_;
-  GroupLanes& lanes_;
-  RayGroup rays_;
-  GroupLeafTest<kQuery> leaves_;
-  uint32_t visits_ = 0;
+  GroupLanes<kMost>& lanes_;
+  RayGroup<kMost> rays_;
+  GroupLeafTest<kQuery, kMost> leaves_;
+  GroupVisits visits_;
 };
 
 /// What any-hit groups of a scene have learnt; null for closest hits, whose order is known.
@@ -154,13 +163,14 @@ HWY_INLINE LearntOrder* LearntOfGroups(const SceneParts& scene) {
 }
 
 /// The rays of some lanes, from the root on, in the order that was learnt; which learns from them.
-template <Query kQuery>
-HWY_INLINE void TraceGroup(TraceTask& task, GroupLanes& lanes, uint32_t active, ListMemory memory,
-                           LearntOrder* learnt) {
+template <Query kQuery, size_t kMost>
+HWY_INLINE GroupVisits TraceGroup(TraceTask& task, GroupLanes<kMost>& lanes, LaneMask active,
+                                  ListMemory memory, LearntOrder* learnt) {
   if constexpr (kQuery == Query::kAny) task.any_hit_order = learnt->Next();
-  GroupTracer<kQuery> tracer(task, lanes);
+  GroupTracer<kQuery, kMost> tracer(task, lanes);
   tracer.TraceLanes(task.scene.kept->root(), active, memory);
-  if constexpr (kQuery == Query::kAny) learnt->Count(tracer.visits());
+  if constexpr (kQuery == Query::kAny) learnt->Count(tracer.visits().count);
+  return tracer.visits();
 }
 
 }  // namespace HWY_NAMESPACE

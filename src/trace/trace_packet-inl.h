@@ -39,10 +39,10 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                 WorkspacePool& pool) {
-  GroupLanes lanes;
-  const uint32_t active = lanes.LoadPacket(packet);
+  GroupLanes<kPacketRays> lanes;
+  const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
-  StackMemory<kGroupRays> memory;
+  StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
   TraceTask task{scene,
@@ -63,7 +63,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
     });
   } else {
-    GroupHits(task, lanes, active).Write(packet);
+    GroupHits<kPacketRays>(task, lanes, active).Write(packet);
   }
 }
 

@@ -51,11 +51,11 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
     }
     return;
   }
-  if (count <= kGroupRays) {
-    RayNumber list[kGroupRays];
+  if (count <= kPacketRays) {
+    RayNumber list[kPacketRays];
     for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(i);
-    GroupLanes lanes;
-    return GroupTracer<kQuery>(task, lanes).TraceRecords(root, list, count, memory);
+    GroupLanes<kPacketRays> lanes;
+    return GroupTracer<kQuery, kPacketRays>(task, lanes).TraceRecords(root, list, count, memory);
   }
   constexpr uint32_t kOctants = LoadedRays::kOctants;
   size_t ends[kOctants] = {};

@@ -58,15 +58,15 @@ size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
 /// of neighbours.
 inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, const Box& bounds) {
   const float reach = bounds.LongestSide();
-  const size_t groups = count / kGroupRays;
+  const size_t groups = count / policy::kNeighbours;
   const size_t looks = HWY_MIN(groups, policy::kCoherenceLooks);
   size_t narrow = 0;
   for (size_t look = 0; look < looks; ++look) {
-    const size_t begin = first + kGroupRays * (look * groups / looks);
+    const size_t begin = first + policy::kNeighbours * (look * groups / looks);
     float low[6], high[6];
     layout.ReadLine(begin, low);
     std::copy_n(low, 6, high);
-    for (size_t i = 5; i < kGroupRays; i += 5) {
+    for (size_t i = 5; i < policy::kNeighbours; i += 5) {
       float line[6];
       layout.ReadLine(begin + i, line);
       for (int part = 0; part < 6; ++part) {
@@ -108,36 +108,73 @@ void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, 
   if (task.statistics) task.statistics->hits += stored;
 }
 
+/// How many rays go in a group: the more of their way they have in common, the more.
+template <Query kQuery>
+class GroupSize {
+ public:
+  size_t rays() const { return rays_; }
+
+  void Learn(const GroupVisits& visits) {
+    visits_.count += visits.count;
+    visits_.lanes += visits.lanes;
+    if (++groups_ < policy::kGroupsToLearnFrom) return;
+    const float share = static_cast<float>(visits_.lanes) / static_cast<float>(visits_.count) /
+                        static_cast<float>(rays_);
+    if (share > kShares.crowded && rays_ < kMostGroupRays) rays_ *= 2;
+    if (share < kShares.sparse && rays_ > kPacketRays) rays_ /= 2;
+    visits_ = {};
+    groups_ = 0;
+  }
+
+ private:
+  static constexpr policy::GroupShares kShares =
+      kQuery == Query::kAny ? policy::kAnyShares : policy::kClosestShares;
+
+  size_t rays_ = 2 * kPacketRays;
+  GroupVisits visits_;
+  size_t groups_ = 0;
+};
+
+/// `count` neighbours from ray `begin` of the piece on as a group. Returns its visits.
+template <Query kQuery, size_t kMost>
+GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t begin, size_t count,
+                            uint32_t* callers, ListMemory lists, LearntOrder* learnt) {
+  const size_t first = task.frame.first + begin;
+  GroupLanes<kMost> lanes;
+  const LaneMask active = lanes.LoadView(layout, first, count);
+  if (active == 0) return {};
+  for (size_t lane = 0; lane < count; ++lane) callers[lane] = static_cast<uint32_t>(begin + lane);
+  task.checks_masks = !task.scene.geometries.AllAccept(lanes.CommonMask(active));
+  const GroupVisits visits = TraceGroup<kQuery>(task, lanes, active, lists, learnt);
+  size_t hits = 0;
+  if constexpr (kQuery == Query::kAny) {
+    const LaneMask blocked = lanes.Blocked(active);
+    hits = hwy::PopCount(blocked);
+    ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(first + lane); });
+  } else {
+    const GroupHits<kMost> found(task, lanes, active);
+    hits = hwy::PopCount(found.lanes);
+    found.Write(layout, first);
+  }
+  if (task.statistics) {
+    task.statistics->rays += hwy::PopCount(active);
+    task.statistics->hits += hits;
+  }
+  return visits;
+}
+
 /// The same for rays that run close together, a group of neighbours at a time.
 template <Query kQuery>
-void TraceByGroups(TraceTask& task, size_t first, size_t count, uint32_t* callers,
-                   ListMemory lists) {
+void TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
   LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
-  for (size_t begin = 0; begin < count; begin += kGroupRays) {
-    GroupLanes lanes;
-    const uint32_t active =
-        lanes.LoadView(layout, first + begin, HWY_MIN(count - begin, kGroupRays));
-    if (active == 0) continue;
-    for (size_t lane = 0; lane < kGroupRays; ++lane) {
-      callers[lane] = static_cast<uint32_t>(begin + lane);
-    }
-    task.checks_masks = !task.scene.geometries.AllAccept(lanes.CommonMask(active));
-    TraceGroup<kQuery>(task, lanes, active, lists, learnt);
-    size_t hits = 0;
-    if constexpr (kQuery == Query::kAny) {
-      const uint32_t blocked = lanes.Blocked(active);
-      hits = hwy::PopCount(blocked);
-      ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(first + begin + lane); });
-    } else {
-      const GroupHits found(task, lanes, active);
-      hits = hwy::PopCount(found.lanes);
-      found.Write(layout, first + begin);
-    }
-    if (task.statistics) {
-      task.statistics->rays += hwy::PopCount(active);
-      task.statistics->hits += hits;
-    }
+  GroupSize<kQuery> size;
+  for (size_t begin = 0; begin < count;) {
+    const size_t rays = HWY_MIN(count - begin, size.rays());
+    const auto trace = rays <= kPacketRays ? TraceNeighbours<kQuery, kPacketRays>
+                                           : TraceNeighbours<kQuery, kMostGroupRays>;
+    size.Learn(trace(task, layout, begin, rays, callers, lists, learnt));
+    begin += rays;
   }
 }
 
@@ -164,9 +201,9 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                  callers};
   const bool go_by_groups =
       scene.is_small ||
-      (count >= kGroupRays && AreCoherent(RecordLayout(view), first, count, scene.bounds));
+      (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
   if (go_by_groups) {
-    TraceByGroups<kQuery>(task, first, count, callers, lists);
+    TraceByGroups<kQuery>(task, count, callers, lists);
   } else {
     TraceByLists<kQuery>(task, first, count, rays, callers, lists);
   }

@@ -26,11 +26,12 @@ using unit::Random;
 using unit::RaysOfEveryKind;
 
 /// The lanes hold what the engine's records of the same rays hold.
-void ExpectLanes(const GroupLanes& group, uint32_t active, uint32_t valid, const RayView& view,
-                 size_t first, const std::string& what) {
+template <size_t kMost>
+void ExpectLanes(const GroupLanes<kMost>& group, LaneMask active, LaneMask valid,
+                 const RayView& view, size_t first, const std::string& what) {
   const RecordLayout layout(view);
   uint32_t common = UINT32_MAX;
-  for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+  for (uint32_t lane = 0; lane < kMost; ++lane) {
     if (!(valid >> lane & 1)) {
       ASSERT_FALSE(active >> lane & 1) << what;
       continue;
@@ -54,59 +55,61 @@ void ExpectLanes(const GroupLanes& group, uint32_t active, uint32_t valid, const
 void PacketsAreLoadedAsTheirViewIs() {
   Random random(1);
   for (int round = 0; round < 50; ++round) {
-    for (uint32_t lanes = 1; lanes <= kGroupRays; ++lanes) {
+    for (uint32_t lanes = 1; lanes <= kPacketRays; ++lanes) {
       const auto rays = RaysOfEveryKind(random, lanes);
       FormedRays formed(rays, {lanes, false, false});
-      int32_t valid[kGroupRays];
-      uint32_t valid_bits = 0;
+      int32_t valid[kPacketRays];
+      LaneMask valid_bits = 0;
       for (uint32_t lane = 0; lane < lanes; ++lane) {
         valid[lane] = random.Below(4) == 0 ? static_cast<int32_t>(random.Below(3)) : -1;
-        valid_bits |= uint32_t{valid[lane] == -1} << lane;
+        valid_bits |= LaneMask{valid[lane] == -1} << lane;
       }
       RayPacket packet;
       packet.values = reinterpret_cast<void*>(formed.View().org_x);
       packet.lanes = lanes;
       packet.valid = round % 2 == 0 ? valid : nullptr;
       packet.has_masks = round % 3 != 0;
-      if (!packet.valid) valid_bits = (1u << lanes) - 1;
-      GroupLanes group;
-      const uint32_t active = group.LoadPacket(packet);
+      if (!packet.valid) valid_bits = FirstLanes(lanes);
+      GroupLanes<kPacketRays> group;
+      const LaneMask active = group.LoadPacket(packet);
       ExpectLanes(group, active, valid_bits, ViewOf(packet), 0, std::to_string(lanes));
       if (testing::Test::HasFatalFailure()) return;
     }
   }
 }
 
-void RaysOfViewsAreLoaded() {
+template <size_t kMost>
+void RaysOfViewsAreLoadedOf() {
   Random random(2);
   for (const unit::Form& form : unit::AllForms()) {
-    const auto rays = RaysOfEveryKind(random, 40);
+    const auto rays = RaysOfEveryKind(random, 2 * kMost);
     FormedRays formed(rays, form);
     const RayView view = formed.View();
-    for (size_t count = 1; count <= kGroupRays; ++count) {
+    for (size_t count = 1; count <= kMost; ++count) {
       const size_t first = random.Below(static_cast<uint32_t>(rays.size() - count + 1));
-      GroupLanes group;
-      const uint32_t active = group.LoadView(RecordLayout(view), first, count);
-      ExpectLanes(group, active, (1u << count) - 1, view, first, std::to_string(count));
+      GroupLanes<kMost> group;
+      const LaneMask active = group.LoadView(RecordLayout(view), first, count);
+      ExpectLanes(group, active, FirstLanes(count), view, first, std::to_string(count));
       if (testing::Test::HasFatalFailure()) return;
     }
   }
 }
 
 // Every lane is in the set of one octant, and all of a set run there.
-void LanesOfAnOctant() {
+template <size_t kMost>
+void LanesOfAnOctantOf() {
   Random random(3);
   for (int round = 0; round < 200; ++round) {
-    const auto rays = RaysOfEveryKind(random, kGroupRays);
+    const auto rays = RaysOfEveryKind(random, kMost);
     FormedRays formed(rays, {1, false, false});
-    GroupLanes group;
-    const uint32_t active = group.LoadView(RecordLayout(formed.View()), 0, kGroupRays);
-    for (uint32_t rest = active; rest != 0;) {
+    GroupLanes<kMost> group;
+    const LaneMask active = group.LoadView(RecordLayout(formed.View()), 0, kMost);
+    for (LaneMask rest = active; rest != 0;) {
       uint32_t octant = 8;
-      const uint32_t lanes = group.LanesOfOctant(rest, octant);
+      const LaneMask lanes = group.LanesOfOctant(rest, octant);
       ASSERT_NE(lanes, 0u);
       ASSERT_EQ(lanes & ~rest, 0u);
-      for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+      for (uint32_t lane = 0; lane < kMost; ++lane) {
         if (!(rest >> lane & 1)) continue;
         RayRecord record;
         group.Store(lane, record);
@@ -118,19 +121,20 @@ void LanesOfAnOctant() {
 }
 
 // Of some lanes only, whatever stands in the others.
-void BoundsAreThoseOfTheLanes() {
+template <size_t kMost>
+void BoundsAreThoseOfTheLanesOf() {
   Random random(4);
   for (int round = 0; round < 200; ++round) {
-    GroupLanes group;
+    GroupLanes<kMost> group;
     const bool all = round % 4 == 0;
     for (float& value : group.t) {
       value = !all && random.Below(8) == 0 ? unit::kNaN : random.Uniform(-9, 9);
     }
-    uint32_t lanes = 0;
+    LaneMask lanes = 0;
     float least = kInfinity, largest = -kInfinity;
-    for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+    for (uint32_t lane = 0; lane < kMost; ++lane) {
       if (std::isnan(group.t[lane]) || (!all && random.Below(3) == 0)) continue;
-      lanes |= 1u << lane;
+      lanes |= LaneMask{1} << lane;
       least = std::min(least, group.t[lane]);
       largest = std::max(largest, group.t[lane]);
     }
@@ -143,22 +147,23 @@ void BoundsAreThoseOfTheLanes() {
 }
 
 // The interval of a group enters whatever one of its rays enters, and no later.
-void IntervalsHoldTheirRays() {
+template <size_t kMost>
+void IntervalsHoldTheirRaysOf() {
   Random random(5);
   size_t entered = 0, boxes_left_out = 0;
   for (int round = 0; round < 2000; ++round) {
     const unit::Float3 eye = random.InCube(-3, 3), aim = random.InCube(-1, 1);
     std::vector<FullRay> rays;
-    for (size_t i = 0; i < kGroupRays; ++i) {
+    for (size_t i = 0; i < kMost; ++i) {
       const unit::Float3 at = random.InCube(-0.3f, 0.3f);
       rays.push_back(unit::FullRayOf(unit::MakeRay(
           eye, {aim[0] + at[0] - eye[0], aim[1] + at[1] - eye[1], aim[2] + at[2] - eye[2]})));
     }
     FormedRays formed(rays, {1, false, false});
-    GroupLanes group;
-    const uint32_t active = group.LoadView(RecordLayout(formed.View()), 0, kGroupRays);
+    GroupLanes<kMost> group;
+    const LaneMask active = group.LoadView(RecordLayout(formed.View()), 0, kMost);
     uint32_t octant;
-    const uint32_t lanes = group.LanesOfOctant(active, octant);
+    const LaneMask lanes = group.LanesOfOctant(active, octant);
     const GroupInterval interval(group, lanes, octant);
     Box boxes[WideNode::kWidth];
     const Box* children[WideNode::kWidth];
@@ -190,7 +195,7 @@ void IntervalsHoldTheirRays() {
           interval.EnterBoxes(lanes_of_boxes[part], PlaneOffsets(octant), kInfinity)
           << (part * kPartLanes);
     }
-    for (uint32_t lane = 0; lane < kGroupRays; ++lane) {
+    for (uint32_t lane = 0; lane < kMost; ++lane) {
       if (!(lanes >> lane & 1)) continue;
       RayRecord ray;
       group.Store(lane, ray);
@@ -221,6 +226,24 @@ void IntervalsHoldTheirRays() {
   }
   EXPECT_GT(entered, 5000u);
   EXPECT_GT(boxes_left_out, 5000u);
+}
+
+/// The smallest groups and the largest ones.
+void RaysOfViewsAreLoaded() {
+  RaysOfViewsAreLoadedOf<kPacketRays>();
+  RaysOfViewsAreLoadedOf<kMostGroupRays>();
+}
+void LanesOfAnOctant() {
+  LanesOfAnOctantOf<kPacketRays>();
+  LanesOfAnOctantOf<kMostGroupRays>();
+}
+void BoundsAreThoseOfTheLanes() {
+  BoundsAreThoseOfTheLanesOf<kPacketRays>();
+  BoundsAreThoseOfTheLanesOf<kMostGroupRays>();
+}
+void IntervalsHoldTheirRays() {
+  IntervalsHoldTheirRaysOf<kPacketRays>();
+  IntervalsHoldTheirRaysOf<kMostGroupRays>();
 }
 
 }  // namespace
