@@ -88,7 +88,10 @@ class SpaceSolver : Solver<kQuery> {
                        size_t spare, size_t depth) const {
     const auto solve = [&](const RayBlock& rays) { SolveRays(triangles, rays, spare, depth); };
     if (!Base::WithFilteredRays(packets, triangles.bounds, solve)) {
-      for (const RayBlock& packet : packets) solve(packet);
+      // At once, with those between them: whoever came second would find the triangles clipped.
+      const RayBlock& first = packets.front();
+      const RayBlock& last = packets.back();
+      solve({first.begin, last.begin + last.count - first.begin});
     }
     const StepClock::Charge charge(task_.clock, Step::kFiltering);
     for (const RayBlock& packet : packets) UpdateReach(task_.batch, packet, task_.batch.cones);

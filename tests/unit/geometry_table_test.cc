@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <stdexcept>
 #include <string>
 
@@ -133,6 +134,47 @@ TEST(GeometryTableTest, ReadsStridedArraysThatEndAtAGuardPage) {
     EXPECT_EQ(corners.v[2][0], 1);
     EXPECT_FALSE(table.ReadCorners(0, 2, corners)) << "index 4 of 4 vertices";
   }
+}
+
+/// Facets of one geometry with six vertices, in memory that holds one more.
+class FacetsTest : public testing::Test {
+ protected:
+  /// Whether the first facet is there, when the program has written `primitive` into an array that
+  /// was good when the table was made.
+  template <class Primitive>
+  bool IsThere(Shape shape, Primitive good, const Primitive& primitive) const {
+    Geometry geometry;
+    geometry.shape = shape;
+    geometry.primitive_count = 1;
+    geometry.vertices = {{vertices_, 12}};
+    geometry.vertex_count = 6;
+    geometry.primitives = {&good, sizeof(good)};
+    const SceneParts* const no_scene = nullptr;
+    const GeometryTable table({&geometry, 1}, {&no_scene, 1}, true);
+    good = primitive;
+    Facet facet;
+    return table.shapes().ReadFacet(0, 0, 0, facet);
+  }
+
+  float vertices_[7][3] = {};
+};
+
+TEST_F(FacetsTest, IndicesEndAtTheLastVertex) {
+  using Three = std::array<uint32_t, 3>;
+  using Four = std::array<uint32_t, 4>;
+  EXPECT_TRUE(IsThere(Shape::kTriangles, Three{}, {5, 0, 1}));
+  EXPECT_FALSE(IsThere(Shape::kTriangles, Three{}, {6, 0, 1}));
+  EXPECT_FALSE(IsThere(Shape::kTriangles, Three{}, {0, 1, 6}));
+  EXPECT_TRUE(IsThere(Shape::kQuads, Four{}, {0, 1, 2, 5}));
+  EXPECT_FALSE(IsThere(Shape::kQuads, Four{}, {0, 1, 2, 6}));
+}
+
+TEST_F(FacetsTest, ACellOfAGridEndsAtTheLastVertex) {
+  const GridPrimitive good{0, 3, 3, 2};
+  EXPECT_TRUE(IsThere(Shape::kGrids, good, {1, 3, 3, 2}));
+  EXPECT_FALSE(IsThere(Shape::kGrids, good, {2, 3, 3, 2}));
+  EXPECT_TRUE(IsThere(Shape::kGrids, good, {0, 4, 3, 2}));
+  EXPECT_FALSE(IsThere(Shape::kGrids, good, {0, 5, 3, 2}));
 }
 
 }  // namespace

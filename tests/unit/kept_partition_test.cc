@@ -165,6 +165,22 @@ void InvalidTrianglesAreLeftOut() {
   Walker(kept).Walk(true);
 }
 
+// Threads list a piece each; what each leaves out was overwritten by what the next one kept.
+void TheNamesOfThoseLeftOutAreKept() {
+  Random random(8);
+  constexpr size_t kTriangles = 140000;  // three pieces
+  Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
+  std::vector<uint32_t> left_out;
+  for (size_t i = 100; i < kTriangles; i += 30000) {
+    mesh.triangles[i][0] = UINT32_MAX;
+    left_out.push_back(static_cast<uint32_t>(i));
+  }
+  const Kept kept({mesh}, 8 * kTriangles);
+  std::vector<uint32_t> names(kept.partition.left_out().begin(), kept.partition.left_out().end());
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, left_out);
+}
+
 // With any budget every subset finds room for nodes over leaves that are as large as it takes;
 // where others took it those that find none stay whole. What is used is within the budget.
 //
@@ -263,6 +279,7 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, DegenerateTriangles);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TeapotInAStadium);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ScalesOfAllKinds);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, InvalidTrianglesAreLeftOut);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheNamesOfThoseLeftOutAreKept);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodes);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodesThatAreMadeFast);

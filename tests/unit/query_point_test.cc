@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dacrt/dacrt.h"
+#include "query/point_domain.h"
 #include "unit_test.h"
 
 namespace dacrt {
@@ -288,7 +289,13 @@ TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
   triangle.point_callback.function = stop_at_one;
   const auto inner =
       std::make_shared<const Scene>(device, std::span(&triangle, 1), SceneOptions{});
-  std::vector<Geometry> geometries(2);
+  // In another instance, and in the scene itself.
+  Mesh beside = mesh;
+  for (Float3& vertex : beside.vertices) vertex[0] += 5;
+  std::vector<Geometry> geometries(3);
+  geometries[2] = View(beside);
+  geometries[2].geometry_id = 2;
+  geometries[2].point_callback.function = stop_at_one;
   for (uint32_t i = 0; i < 2; ++i) {
     geometries[i].shape = Shape::kInstance;
     geometries[i].geometry_id = i;
@@ -304,6 +311,31 @@ TEST_F(QueryPoint, ARadiusThatShrankInAnInstanceStaysSo) {
   query.call = &count;
   scene.QueryPoint(query);
   EXPECT_EQ(count, 1);
+}
+
+// Far from the origin, where the point lands beside where it should, and with scales that are those
+// of a similarity only nearly: the domain holds the ball all the same.
+TEST(PointDomainTest, HoldsWhatTheTransformShouldLeadTo) {
+  Random random(5);
+  for (int round = 0; round < 1000; ++round) {
+    AffineTransform transform{};
+    const float far = std::exp2(random.Uniform(-5, 20));
+    const Float3 point = random.InCube(-far, far);
+    double exact[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int i = 0; i < 3; ++i) transform.column[i][axis] = random.Uniform(-1, 1);
+      // Such that the point comes to lie near the origin.
+      double value = 0;
+      for (std::size_t i = 0; i < 3; ++i) value += double{transform.column[i][axis]} * point[i];
+      transform.column[3][axis] = static_cast<float>(-value);
+      exact[axis] = value + double{transform.column[3][axis]};
+    }
+    PointDomain domain(&transform, point.data());
+    domain.SetRadius(1e-9f);
+    for (int axis = 0; axis < 3; ++axis) {
+      ASSERT_LE(std::abs(exact[axis] - double{domain.center()[axis]}), domain.reach()[axis]);
+    }
+  }
 }
 
 TEST(SimilarityScale, IsZeroWhereDirectionsDiffer) {

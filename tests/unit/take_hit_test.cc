@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "shape_scenes.h"
@@ -130,6 +131,46 @@ TEST(TakeHitTest, UserFunctionsDoNotMoveARaysEndAway) {
       Trace(*MakeScene({user, behind}, kDefaultBudget), {ray}, Query::kClosest, {1, nullptr});
   EXPECT_EQ(calls, 2);
   EXPECT_EQ(hits[0].geometry_id, 2u);
+}
+
+/// Accepts all hits, and says that they are half as far.
+void HalveTheDistance(void*, const CallbackArguments& arguments) {
+  float* const tfar = static_cast<float*>(arguments.packet) +
+                      static_cast<std::size_t>(PacketComponent::kTfar) * arguments.width;
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) tfar[lane] /= 2;
+}
+
+// What lies between the distance that a filter function was shown and the one that it sets is no
+// closer hit.
+TEST(TakeHitTest, ARayEndsWhereTheFilterFunctionSays) {
+  const float vertex[3] = {};
+  Geometry geometry;
+  geometry.vertices = {{vertex, 12}};
+  geometry.closest_filter = {HalveTheDistance, nullptr};
+  const SceneParts* const no_scene = nullptr;
+  const SceneParts scene{GeometryTable({&geometry, 1}, {&no_scene, 1}, false)};
+  std::vector<unit::Ray> rays(1);
+  const RayView view = unit::ViewOf(rays);
+  const CallOptions options;
+  const CallFrame frame{&view, nullptr, 0, options, UINT32_MAX};
+  const auto scratch = std::make_unique<SubsetScratch>();
+  SplitMemory split_memory(*scratch);
+  RayRecord ray{};
+  ray.tfar = kInfinity;
+  ray.state = RayRecord::kAtLimit;
+  FullHit hit{};
+  const TraceTask task{scene, {},           &ray, &hit,    false,   false,
+                       frame, split_memory, {},   nullptr, nullptr, UINT32_MAX};
+  Candidate candidate{};
+  candidate.within_limit = true;
+  candidate.key = candidate.t = 8;
+  TakeHit<Query::kClosest>(task, 0, candidate);
+  EXPECT_EQ(ray.tfar, 4);
+  EXPECT_EQ(hit.t, 4);
+  candidate.key = candidate.t = 5;
+  candidate.primitive_id = 1;
+  TakeHit<Query::kClosest>(task, 0, candidate);
+  EXPECT_EQ(hit.primitive_id, 0u);
 }
 
 }  // namespace
