@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -106,6 +107,43 @@ TEST_F(Lidar, IsTheSameOnAnyNumberOfThreadsAndSeeded) {
   const std::string one = scan({"--threads", "1"}, "one.ply");
   EXPECT_TRUE(one == scan({}, "all.ply"));
   EXPECT_FALSE(one == scan({"--seed", "2"}, "other.ply"));
+}
+
+// On a terminal, which script (Debian: bsdutils) makes: a bar that grows, and nothing left of it.
+TEST_F(Lidar, ShowsHowFarItIs) {
+  const Outcome outcome =
+      RunProgram(folder_.path(), "script", {"-qec", LIDAR " --sweeps 4", "/dev/null"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  const std::regex drawn(R"(\r\x1b\[Kscanning +\[(#*)(\.*)\] +([0-9]+) %, [0-9]+ s left)");
+  long last = 0;
+  for (std::sregex_iterator bar(outcome.output.begin(), outcome.output.end(), drawn), end;
+       bar != end; ++bar) {
+    const long percent = std::stol((*bar)[3]);
+    EXPECT_GE(percent, last);
+    EXPECT_LE(percent, 100);
+    EXPECT_EQ(bar->length(1) + bar->length(2), 40);
+    EXPECT_NEAR(bar->length(1) * 2.5, percent, 3);
+    last = percent;
+  }
+  EXPECT_GT(last, 50) << outcome.output;
+  EXPECT_NE(outcome.output.find("\r\x1b[Kstreet and van: "), std::string::npos) << outcome.output;
+}
+
+// By Ctrl-C on a terminal, as soon as there is a bar.
+TEST_F(Lidar, WritesWhatItHasWhenItIsInterrupted) {
+  constexpr char kDrive[] =
+      "{ for i in $(seq 600); do grep -qs 's left' screen && break; sleep 0.1; done; printf "
+      "'\\003'; } |"
+      "script -qefc '" LIDAR " --rays 4000000 --sweeps 22' screen";
+  const Outcome outcome = RunProgram(folder_.path(), "sh", {"-c", kDrive});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(outcome.output.find("\n22 "), std::string::npos) << outcome.output;
+  const std::vector<CloudPoint> points = ReadCloud(folder_ / "lidar.ply");
+  EXPECT_LT(points.size(), 22 * 4'000'000 * 0.7);
+  EXPECT_NE(outcome.output.find("\n" + std::to_string(points.size()) + " points: lidar.ply"),
+            std::string::npos)
+      << outcome.output;
+  EXPECT_EQ(ReadPicture(folder_ / "lidar.png").width, 1280);
 }
 
 TEST_F(Lidar, RefusesWhatItCannotDo) {

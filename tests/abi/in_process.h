@@ -25,22 +25,29 @@ struct Ending {
   }
 };
 
-/// Calls `work(outcome)` in a process that has a minute. What it prints is for nobody. Its outcome
-/// is here afterwards, as far as it came; pointers in it are to what this process has, too.
+/// Calls `work()` in a process that has two minutes. What it prints is for nobody.
+template <class Work>
+Ending RunInProcess(const Work& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(120);
+    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);
+    work();
+    _exit(0);
+  }
+  Ending ending{};
+  waitpid(child, &ending.status, 0);
+  return ending;
+}
+
+/// The same with `work(outcome)`. Its outcome is here afterwards, as far as it came; pointers in it
+/// are to what this process has, too.
 template <class Outcome, class Work>
 Ending RunInProcess(Outcome& outcome, const Work& work) {
   void* const memory =
       mmap(nullptr, sizeof(Outcome), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   auto* const shared = new (memory) Outcome(outcome);
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(60);
-    if (!std::freopen("/dev/null", "w", stderr)) _exit(1);
-    work(*shared);
-    _exit(0);
-  }
-  Ending ending{};
-  waitpid(child, &ending.status, 0);
+  const Ending ending = RunInProcess([&] { work(*shared); });
   outcome = *shared;
   munmap(memory, sizeof(Outcome));
   return ending;

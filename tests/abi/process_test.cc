@@ -9,27 +9,18 @@
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
-#include <functional>
-#include <string>
 #include <thread>
 #include <vector>
 
+#include "in_process.h"
+
 namespace {
 
-constexpr unsigned kMostSeconds = 120;
+using dacrt::tests::Ending;
+using dacrt::tests::RunInProcess;
 
-/// How a process ended that did this: "done", or what else.
-std::string EndingOf(const std::function<void()>& work) {
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(kMostSeconds);
-    work();
-    _exit(0);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (WIFSIGNALED(status)) return std::string("signal ") + strsignal(WTERMSIG(status));
-  return WEXITSTATUS(status) == 0 ? "done" : "exit code " + std::to_string(WEXITSTATUS(status));
+void ExpectDone(const Ending& ending) {
+  EXPECT_STREQ(ending.Complaint(), nullptr) << "exit code " << WEXITSTATUS(ending.status);
 }
 
 /// The library, as a program has it that opens it by its path.
@@ -117,53 +108,50 @@ class TracedScene {
 
 // A child has none of the threads that its parent had.
 TEST(Process, AForkedOneTracesAnOldSceneAndANewOne) {
-  EXPECT_EQ(EndingOf([] {
-              const Library library;
-              const TracedScene scene(library);
-              if (!scene.Trace()) _exit(3);
-              const std::string child = EndingOf([&] {
-                if (!scene.Trace()) _exit(4);
-                const TracedScene own(library);
-                if (!own.Trace()) _exit(5);
-              });
-              if (child != "done" || !scene.Trace()) _exit(6);
-            }),
-            "done");
+  ExpectDone(RunInProcess([] {
+    const Library library;
+    const TracedScene scene(library);
+    if (!scene.Trace()) _exit(3);
+    const Ending child = RunInProcess([&] {
+      if (!scene.Trace()) _exit(4);
+      const TracedScene own(library);
+      if (!own.Trace()) _exit(5);
+    });
+    if (child.Complaint() || !scene.Trace()) _exit(6);
+  }));
 }
 
 TEST(Process, EndsDuringCalls) {
   for (int repeat = 0; repeat < 5; ++repeat) {
-    EXPECT_EQ(EndingOf([] {
-                // Neither is there to be released when the process ends.
-                const auto& library = *new Library;
-                const auto& scene = *new TracedScene(library);
-                std::atomic<int> calls{0};
-                for (int i = 0; i < 3; ++i) {
-                  std::thread([&] {
-                    while (scene.Trace()) ++calls;
-                    _exit(3);
-                  }).detach();
-                }
-                while (calls < 4) std::this_thread::yield();
-                std::exit(0);
-              }),
-              "done");
+    ExpectDone(RunInProcess([] {
+      // Neither is there to be released when the process ends.
+      const auto& library = *new Library;
+      const auto& scene = *new TracedScene(library);
+      std::atomic<int> calls{0};
+      for (int i = 0; i < 3; ++i) {
+        std::thread([&] {
+          while (scene.Trace()) ++calls;
+          _exit(3);
+        }).detach();
+      }
+      while (calls < 4) std::this_thread::yield();
+      std::exit(0);
+    }));
   }
 }
 
 // Threads of oneTBB ran on where the library, and oneTBB with it, had been.
 TEST(Process, TakesTheLibraryInAndOut) {
-  EXPECT_EQ(EndingOf([] {
-              for (int repeat = 0; repeat < 20; ++repeat) {
-                const Library library;
-                {
-                  const TracedScene scene(library);
-                  if (!scene.Trace()) _exit(3);
-                }
-                dlclose(library.handle);
-              }
-            }),
-            "done");
+  ExpectDone(RunInProcess([] {
+    for (int repeat = 0; repeat < 20; ++repeat) {
+      const Library library;
+      {
+        const TracedScene scene(library);
+        if (!scene.Trace()) _exit(3);
+      }
+      dlclose(library.handle);
+    }
+  }));
 }
 
 }  // namespace

@@ -32,7 +32,18 @@ case $path in
   *) fail "the library path became $path" ;;
 esac
 
-code=0
-"$dacrt_run" 2>"$work/usage" || code=$?
-[ "$code" = 2 ] || fail "without a program the exit code is $code"
-grep -q '^usage:' "$work/usage" || fail "without a program there is no usage"
+# refused CODE TEXT [ARGUMENT]...: one line on the standard error.
+refused() {
+  expected=$1 text=$2
+  shift 2
+  code=0
+  "$dacrt_run" "$@" >"$work/output" 2>"$work/errors" || code=$?
+  [ "$code" = "$expected" ] || fail "with '$*' the exit code is $code"
+  [ ! -s "$work/output" ] && [ "$(wc -l <"$work/errors")" = 1 ] || fail "with '$*' it is not one line"
+  grep -qF -e "$text" "$work/errors" || fail "with '$*' there is no '$text'"
+}
+refused 2 'usage: dacrt-run PROGRAM'
+refused 2 '--quick: there is no such option; there is --help' --quick
+refused 127 no_such_program no_such_program
+refused 126 "$source" "$source"
+"$dacrt_run" --help | grep -q '^usage: dacrt-run PROGRAM' || fail "there is no --help"

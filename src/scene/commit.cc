@@ -1,0 +1,123 @@
+// A commit: geometries become a scene. Where nothing is kept it only counts what can be hit.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "engine/call_plan.h"
+#include "engine/device.h"
+#include "geometry/geometry_table.h"
+#include "geometry/triangle_refs.h"
+#include "partition/kept_partition.h"
+#include "scene/scene_implementation.h"
+#include "trace/policy.h"
+
+namespace dacrt {
+namespace {
+
+[[noreturn]] void RefuseDevice() {
+  throw Error(Error::Kind::kArgument, "Scene", "device", "null", "a scene belongs to a device");
+}
+
+}  // namespace
+
+Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
+  if (!device) RefuseDevice();
+  implementation_ = std::make_unique<Implementation>(std::move(device), GeometryTable(meshes),
+                                                     SceneOptions{.keep = keep},
+                                                     std::vector<std::shared_ptr<const Scene>>());
+}
+
+Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+             const SceneOptions& options) {
+  GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
+                                                     Implementation::ScenesOf(geometries));
+}
+
+Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
+             const SceneOptions& options, const Scene& previous) {
+  GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
+                                                     Implementation::ScenesOf(geometries),
+                                                     previous.implementation_.get());
+}
+
+Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
+                                      GeometryTable geometries, const SceneOptions& options,
+                                      std::vector<std::shared_ptr<const Scene>> scenes,
+                                      const Implementation* previous)
+    : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(geometries)} {
+  if (previous && PlanRefit(*previous, options)) {
+    parts.triangle_count = previous->parts.triangle_count;
+  } else if (Engine().Keeps()) {
+    const Keep keep = options.keep;
+    parts.kept = std::make_unique<KeptPartition>(
+        parts.geometries, Engine().BudgetBytes(parts.geometries, keep),
+        Engine().kernels.partition.list, Engine().tasks, &Engine().memory);
+    if (previous && previous->WasTraced()) parts.kept->SetShortLived();
+    parts.bounds = parts.kept->bounds();
+    parts.triangle_count = parts.kept->triangle_count();
+  } else {
+    CountTriangles();
+  }
+  parts.has_instances = !instanced.empty();
+  parts.has_callbacks = parts.geometries.shapes().has_callbacks();
+  parts.is_small = parts.triangle_count <= policy::kSmallScene;
+  for (const auto& scene : instanced) {
+    parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
+    parts.is_small &= scene->implementation_->parts.is_small;
+  }
+  // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
+  if (Engine().Keeps())
+    Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));
+}
+
+GeometryTable Scene::Implementation::MakeTable(const Device* device,
+                                               std::span<const Geometry> geometries, bool robust) {
+  if (!device) RefuseDevice();
+  std::vector<const SceneParts*> scenes;
+  for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
+  return GeometryTable(geometries, scenes, robust);
+}
+
+std::vector<std::shared_ptr<const Scene>> Scene::Implementation::ScenesOf(
+    std::span<const Geometry> geometries) {
+  std::vector<std::shared_ptr<const Scene>> scenes;
+  for (const Geometry& geometry : geometries) {
+    if (geometry.shape == Shape::kInstance) scenes.push_back(geometry.instanced_scene);
+  }
+  return scenes;
+}
+
+const SceneParts* Scene::Implementation::PartsFor(const Geometry& geometry, const Device* device) {
+  if (geometry.shape != dacrt::Shape::kInstance) return nullptr;
+  const auto refuse = [&](const char* value, const char* reason) {
+    throw Error(Error::Kind::kArgument, "Scene",
+                "geometry " + std::to_string(geometry.geometry_id) + ": instanced_scene", value,
+                reason);
+  };
+  if (!geometry.instanced_scene) refuse("null", "an instance shows a scene");
+  const Implementation& inner = *geometry.instanced_scene->implementation_;
+  if (inner.device.get() != device) refuse("a scene of another device", "it must be of this one");
+  return &inner.parts;
+}
+
+void Scene::Implementation::CountTriangles() {
+  const GeometryTable& geometries = parts.geometries;
+  Box& bounds = parts.bounds;
+  for (uint32_t geometry = 0; geometry < geometries.size(); ++geometry) {
+    for (uint32_t primitive = 0; primitive < geometries[geometry].triangle_count; ++primitive) {
+      TriangleRef ref;
+      if (!BoundTriangle(geometries, geometry, primitive, ref)) continue;
+      bounds.Extend(ref.lower);
+      bounds.Extend(ref.upper);
+      ++parts.triangle_count;
+    }
+  }
+}
+
+}  // namespace dacrt

@@ -1,0 +1,62 @@
+// A scene in the place of another one: what that one keeps is refitted where it fits.
+
+#include <memory>
+#include <utility>
+
+#include "dacrt/dacrt.h"
+#include "engine/device.h"
+#include "geometry/geometry_table.h"
+#include "partition/kept_partition.h"
+#include "partition/refit.h"
+#include "runtime/ordinary_arithmetic.h"
+#include "scene/scene_implementation.h"
+
+namespace dacrt {
+
+bool Scene::takes_over() const { return implementation_->takes_over(); }
+
+void Scene::TakeOver(Scene& previous) noexcept {
+  implementation_->TakeOver(*previous.implementation_);
+}
+
+void Scene::TakeCopy(const Scene& previous) {
+  implementation_->TakeCopy(*previous.implementation_);
+}
+
+bool Scene::Implementation::PlanRefit(const Implementation& previous, const SceneOptions& options) {
+  const KeptPartition* const kept = previous.parts.kept.get();
+  const GeometryTable& geometries = parts.geometries;
+  if (!kept || previous.device != device ||
+      kept->BytesReserved() !=
+          KeptPartition::BytesFor(geometries.triangle_count(),
+                                  Engine().BudgetBytes(geometries, options.keep)) ||
+      !HaveSameItems(previous.parts.geometries, geometries)) {
+    return false;
+  }
+  RefitPlan plan{ChangedGeometries(previous.parts.geometries, geometries), options.always_refit};
+  if (!Engine().kernels.partition.can_refit(*kept, geometries, plan, Engine().tasks)) return false;
+  refit_plan_ = std::move(plan);
+  return true;
+}
+
+void Scene::Implementation::TakeOver(Implementation& previous) noexcept {
+  if (!refit_plan_) return;
+  parts.kept = std::move(previous.parts.kept);
+  previous.parts.triangle_count = 0;
+  CarryOutPlan();
+}
+
+void Scene::Implementation::TakeCopy(const Implementation& previous) {
+  if (!refit_plan_) return;
+  parts.kept = std::make_unique<KeptPartition>(*previous.parts.kept);
+  CarryOutPlan();
+}
+
+void Scene::Implementation::CarryOutPlan() noexcept {
+  const OrdinaryArithmetic ordinary;
+  Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
+  parts.bounds = parts.kept->bounds();
+  refit_plan_.reset();
+}
+
+}  // namespace dacrt

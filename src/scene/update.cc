@@ -1,0 +1,68 @@
+// A few geometries of a scene become others, in their places: exchanged first, and back again if
+// the partition cannot follow.
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "engine/device.h"
+#include "geometry/geometry_table.h"
+#include "partition/kept_partition.h"
+#include "partition/refit.h"
+#include "scene/scene_implementation.h"
+
+namespace dacrt {
+
+bool Scene::Update(std::vector<Geometry> changed, bool always_refit) {
+  return implementation_->Update(std::move(changed), always_refit);
+}
+
+bool Scene::Implementation::Update(std::vector<Geometry> changed, bool always_refit) {
+  struct Change {
+    uint32_t geometry;
+    Shapes::Successor successor;
+  };
+  GeometryTable& geometries = parts.geometries;
+  if (!parts.kept) return false;
+  std::vector<Change> changes;
+  changes.reserve(changed.size());
+  RefitPlan plan{std::vector<bool>(geometries.size()), always_refit};
+  for (Geometry& description : changed) {
+    const auto geometry = geometries.Find(description.geometry_id);
+    if (!geometry) return false;
+    if (description.hidden) {
+      auto hidden = geometries.shapes().Hidden(*geometry);
+      if (!hidden) return false;
+      changes.push_back({*geometry, *std::move(hidden)});
+    } else {
+      const SceneParts* const scene = PartsFor(description, device.get());
+      changes.push_back({*geometry, Shapes::Successor(std::move(description), scene)});
+    }
+    const Shapes::Successor& successor = changes.back().successor;
+    if (!geometries.shapes().CanExchange(*geometry, successor)) return false;
+    if (IsChanged(geometries.shapes()[*geometry], successor.geometry())) {
+      plan.changed[*geometry] = true;
+    }
+  }
+  for (Change& change : changes) geometries.Exchange(change.geometry, change.successor);
+  const auto go_back = [&] {
+    for (auto change = changes.rbegin(); change != changes.rend(); ++change) {
+      geometries.Exchange(change->geometry, change->successor);
+    }
+  };
+  try {
+    if (!Engine().kernels.partition.can_refit(*parts.kept, geometries, plan, Engine().tasks)) {
+      go_back();
+      return false;
+    }
+  } catch (...) {
+    go_back();
+    throw;
+  }
+  Engine().kernels.partition.refit(*parts.kept, geometries, plan, Engine().tasks);
+  parts.bounds = parts.kept->bounds();
+  return true;
+}
+
+}  // namespace dacrt

@@ -1,0 +1,148 @@
+// A few geometries of a scene that move, go and come back without another scene.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "dacrt/dacrt.h"
+#include "film.h"
+#include "unit_test.h"
+
+namespace dacrt {
+namespace {
+
+using unit::Film;
+using unit::Float3;
+using unit::GeometryOf;
+using unit::kNaN;
+using unit::MakeSheets;
+using unit::Mesh;
+using unit::Random;
+using unit::Ray;
+
+TEST(UpdateTest, OneMeshOfManyIsUpdatedInItsPlace) {
+  Film film(MakeSheets(80, 8));
+  EXPECT_FALSE(film.Update(0)) << "nothing is split that could be kept";
+  film.Check(5000);
+  for (std::size_t frame = 0; frame < 8; ++frame) {
+    const std::size_t i = 37 * frame % film.meshes.size();
+    std::vector<Float3> moved = film.meshes[i].vertices;
+    for (Float3& v : moved) v[2] -= 0.02f;
+    if (frame % 2 == 0) {
+      film.meshes[i].vertices = moved;
+      ++film.revisions[i];
+    } else {
+      film.meshes[i].vertices.swap(moved);  // another place says that it has changed
+    }
+    if (frame == 4) film.meshes[i].mask = 0;
+    if (frame == 6) film.meshes[37 * 4 % film.meshes.size()].mask = UINT32_MAX;
+    ASSERT_TRUE(film.Update(i));
+    if (frame == 6) {
+      ASSERT_TRUE(film.Update(37 * 4 % film.meshes.size()));
+    }
+    film.Check(2000);
+  }
+}
+
+// Each asks for another scene; this one is then still what it was.
+TEST(UpdateTest, AnUpdateThatWouldNotDoChangesNothing) {
+  Film film(MakeSheets(3, 40));
+  film.Check(5000);
+  const std::vector<Mesh> sheets = film.meshes;
+  const auto refuses = [&](const char* what, const Mesh& mesh) {
+    SCOPED_TRACE(what);
+    std::vector<Mesh> others = sheets;
+    for (Float3& v : others[2].vertices) v[2] += 0.1f;
+    EXPECT_FALSE(film.scene().Update({GeometryOf(others[2]), GeometryOf(mesh)}));
+    film.Check(3000);
+  };
+  Mesh other = sheets[1];
+  other.triangles.pop_back();
+  refuses("another number of triangles", other);
+  other = sheets[1];
+  refuses("indices in another place", other);
+  other.geometry_id = 77;
+  refuses("an ID that there is not", other);
+
+  Geometry description = GeometryOf(film.meshes[1]);
+  std::vector<Float3> spoilt = film.meshes[1].vertices;
+  for (Float3& v : spoilt) v[0] += 3;
+  spoilt[5][0] = kNaN;
+  const float upper = film.scene().linear_bounds().begin.upper[0];
+  description.vertices = {{spoilt.data(), sizeof(Float3)}};
+  EXPECT_FALSE(film.scene().Update({description})) << "other triangles can be hit";
+  EXPECT_EQ(film.scene().linear_bounds().begin.upper[0], upper) << "reads the arrays";
+  film.Check(3000);
+  description.vertices[0].stride = 13;
+  EXPECT_THROW(film.scene().Update({description}), Error);
+  film.Check(3000);
+  description = GeometryOf(film.meshes[1]);
+  description.closest_filter.function = [](void*, const CallbackArguments&) {};
+  EXPECT_FALSE(film.scene().Update({description})) << "a filter function";
+  film.Check(3000);
+}
+
+// They leave volumes and leaves, whether they filled them alone or not, and come back as they are
+// by then.
+TEST(UpdateTest, HiddenMeshesAreNotThereAndComeBack) {
+  for (const std::size_t rays : {300u, 20000u}) {  // hardly anything is split, or all
+    Film film(MakeSheets(60, 10));
+    film.Check(rays);
+    for (std::size_t i = 0; i < 60; i += 20) ASSERT_TRUE(film.Hide(i));
+    ASSERT_TRUE(film.Hide(0)) << "it is";
+    film.Check(rays);
+    for (std::size_t i = 20; i < 60; i += 20) {
+      // What is hidden is not read: this one lies elsewhere by now.
+      for (Float3& v : film.meshes[i].vertices) v[2] += 0.02f;
+      ++film.revisions[i];
+      film.hidden[i] = false;
+      ASSERT_TRUE(film.Update(i));
+    }
+    film.Check(rays);
+    for (Float3& v : film.meshes[3].vertices) v[2] -= 0.02f;
+    ++film.revisions[3];
+    ASSERT_TRUE(film.Update(3)) << "beside hidden ones";
+    film.Check(rays);
+    EXPECT_FALSE(film.Advance()) << "other geometries";
+    film.Check(rays);
+  }
+}
+
+// In scenes of every size: leaves of small ones are prepared.
+TEST(UpdateTest, HiddenMeshesOfSmallScenes) {
+  for (const uint32_t side : {1u, 3u, 12u}) {
+    Film film(MakeSheets(4, side));
+    film.Check(3000);
+    for (const std::size_t i : {0u, 2u, 3u}) {
+      ASSERT_TRUE(film.Hide(i));
+      film.Check(3000);
+    }
+    film.hidden[2] = false;
+    ASSERT_TRUE(film.Update(2));
+    film.Check(3000);
+  }
+}
+
+TEST(UpdateTest, AllMeshesMayBeHidden) {
+  Film film(MakeSheets(3, 40));
+  film.Check(5000);
+  for (const std::size_t i : {1u, 0u, 2u}) {
+    ASSERT_TRUE(film.Hide(i));
+    if (i != 2) film.Check(5000);
+  }
+  Random random(4);
+  std::vector<Ray> rays = unit::MakeRays(random, 3000, 1);
+  const std::vector<Ray> before = rays;
+  film.scene().Trace(Query::kClosest, unit::ViewOf(rays));
+  for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(unit::SameBits(rays[i], before[i]));
+  EXPECT_GT(film.scene().bounds().lower[0], film.scene().bounds().upper[0]);
+  for (const std::size_t i : {2u, 0u, 1u}) {
+    film.hidden[i] = false;
+    ASSERT_TRUE(film.Update(i));
+    film.Check(5000);
+  }
+}
+
+}  // namespace
+}  // namespace dacrt
