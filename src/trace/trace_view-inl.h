@@ -88,11 +88,11 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
 
 /// Rays of the view as lists of numbers of records.
 template <Query kQuery>
-void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, uint32_t* callers,
-                  ListMemory lists) {
-  const LoadedRays loaded = LoadRecords(*task.frame.view, first, count, rays, callers);
+size_t TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* callers,
+                    ListMemory lists) {
+  const LoadedRays loaded = LoadRecords(*task.frame.view, task.frame.first, count, rays, callers);
   if (task.statistics) task.statistics->rays += loaded.count;
-  if (loaded.count == 0) return;
+  if (loaded.count == 0) return count;
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
@@ -106,6 +106,7 @@ void TraceByLists(TraceTask& task, size_t first, size_t count, RayRecord* rays, 
   }
   const size_t stored = StoreRecords<kQuery>(task, loaded);
   if (task.statistics) task.statistics->hits += stored;
+  return count;
 }
 
 /// How many rays go in a group: the more of their way they have in common, the more.
@@ -113,15 +114,27 @@ template <Query kQuery>
 class GroupSize {
  public:
   size_t rays() const { return rays_; }
+  /// Whether even small groups come apart so soon that lists are quicker.
+  bool AreApart() const { return are_apart_; }
 
-  void Learn(const GroupVisits& visits) {
-    visits_.count += visits.count;
-    visits_.lanes += visits.lanes;
+  void Learn(const GroupVisits& of_group) {
+    visits_.count += of_group.count;
+    visits_.lanes += of_group.lanes;
     if (++groups_ < policy::kGroupsToLearnFrom) return;
-    const float share = static_cast<float>(visits_.lanes) / static_cast<float>(visits_.count) /
-                        static_cast<float>(rays_);
-    if (share > kShares.crowded && rays_ < kMostGroupRays) rays_ *= 2;
-    if (share < kShares.sparse && rays_ > kPacketRays) rays_ /= 2;
+    const auto visits = static_cast<float>(visits_.count),
+               lanes = static_cast<float>(visits_.lanes);
+    const auto rays = static_cast<float>(rays_);
+    const float share = lanes / (visits * rays);
+    if (rays_ == kPacketRays) {
+      are_apart_ =
+          kCosts.visit * visits + kCosts.idle_lane * (visits * rays - lanes) >
+          kCosts.ray_in_lists * rays * static_cast<float>(groups_) + kCosts.visit_in_lists * lanes;
+      if (share > kShares.crowded) rays_ *= 2;
+    } else if (share > kShares.crowded && rays_ < kMostGroupRays) {
+      rays_ *= 2;
+    } else if (share < kShares.sparse) {
+      rays_ /= 2;
+    }
     visits_ = {};
     groups_ = 0;
   }
@@ -129,8 +142,11 @@ class GroupSize {
  private:
   static constexpr policy::GroupShares kShares =
       kQuery == Query::kAny ? policy::kAnyShares : policy::kClosestShares;
+  static constexpr policy::WalkCosts kCosts =
+      kQuery == Query::kAny ? policy::kAnyCosts : policy::kClosestCosts;
 
   size_t rays_ = 2 * kPacketRays;
+  bool are_apart_ = false;
   GroupVisits visits_;
   size_t groups_ = 0;
 };
@@ -163,19 +179,23 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
   return visits;
 }
 
-/// The same for rays that run close together, a group of neighbours at a time.
+/// The same for rays that run close together, a group of neighbours at a time. Returns how many
+/// rays are done: less than all if they turn out to be quicker in lists.
 template <Query kQuery>
-void TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists) {
+size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
   LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
   GroupSize<kQuery> size;
-  for (size_t begin = 0; begin < count;) {
+  size_t begin = 0;
+  while (begin < count) {
     const size_t rays = HWY_MIN(count - begin, size.rays());
     const auto trace = rays <= kPacketRays ? TraceNeighbours<kQuery, kPacketRays>
                                            : TraceNeighbours<kQuery, kMostGroupRays>;
     size.Learn(trace(task, layout, begin, rays, callers, lists, learnt));
     begin += rays;
+    if (size.AreApart() && !task.scene.is_small && count - begin >= policy::kRestForLists) break;
   }
+  return begin;
 }
 
 /// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack.
@@ -185,27 +205,36 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
                ListMemory lists, Statistics* statistics) {
   if (statistics) ++statistics->pieces;
-  const CallFrame frame{&view, nullptr, first, options, view.instance_value};
-  TraceTask task{scene,
-                 scene.partition(),
-                 rays,
-                 hits,
-                 true,
-                 /*keeps_leaf_hits=*/true,
-                 frame,
-                 split_memory,
-                 instance_memory,
-                 statistics,
-                 FinishHit,
-                 view.instance_value,
-                 callers};
+  const auto with_rays_from = [&](size_t begin, const auto& trace) {
+    const CallFrame frame{&view, nullptr, begin, options, view.instance_value};
+    TraceTask task{scene,
+                   scene.partition(),
+                   rays,
+                   hits,
+                   true,
+                   /*keeps_leaf_hits=*/true,
+                   frame,
+                   split_memory,
+                   instance_memory,
+                   statistics,
+                   FinishHit,
+                   view.instance_value,
+                   callers};
+    return trace(task);
+  };
   const bool go_by_groups =
       scene.is_small ||
       (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
-  if (go_by_groups) {
-    TraceByGroups<kQuery>(task, count, callers, lists);
-  } else {
-    TraceByLists<kQuery>(task, first, count, rays, callers, lists);
+  for (size_t done = 0; done < count;) {
+    if (go_by_groups) {
+      done += with_rays_from(first + done, [&](TraceTask& task) {
+        return TraceByGroups<kQuery>(task, count - done, callers, lists);
+      });
+    }
+    const size_t most = go_by_groups ? policy::kRunOfLists : count;
+    done += with_rays_from(first + done, [&](TraceTask& task) {
+      return TraceByLists<kQuery>(task, HWY_MIN(count - done, most), rays, callers, lists);
+    });
   }
 }
 
