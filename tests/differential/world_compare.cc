@@ -145,9 +145,15 @@ class Judge {
       return ValuesFit(Complete(before_, answer.record.hit, hit), t, Accepted(hit));
     });
     if (fits == hits.end()) return {"has values beyond rounding"};
-    Judgement judgement = WithoutNearer(t, t, library);
+    Judgement judgement = WithoutNearer(t, KeepsNearer(t, *fits, library) ? t : 0, library);
     judgement.truth = fits->answer;
     return judgement;
+  }
+
+  /// Where its products overflow the real library finds an infinite distance, for which it gives up
+  /// a nearer hit.
+  static bool KeepsNearer(float t, const PossibleHit& hit, Library library) {
+    return library == Library::kDropIn || !std::isinf(t) || !(hit.answer.doubts & kDoubtRange);
   }
 
   Judgement OfOccluded() const {

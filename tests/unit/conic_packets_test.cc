@@ -158,6 +158,23 @@ void NeverLeavesOutARayThatEnters() {
   EXPECT_LT(kept - entering, (all - entering) / 2);
 }
 
+// A point on a ray that lies in the cone's side, or at the ray's end: rounding must not leave it out.
+void PointsOnTheOutermostRaysAreKept() {
+  Random random(6);
+  for (int round = 0; round < 300; ++round) {
+    auto rays = RaysFromAPoint(random, 3, std::exp2(random.Uniform(-12, 0)));
+    for (Ray& ray : rays) ray.tfar = random.Uniform(1, 2);
+    Packets packets(rays);
+    for (const Ray& ray : rays) {
+      Box box = Box::Empty();
+      float point[3];
+      for (size_t axis = 0; axis < 3; ++axis) point[axis] = ray.org[axis] + ray.tfar * ray.dir[axis];
+      box.Extend(point);
+      ASSERT_EQ(packets.Filter(box).size(), 1u) << "round " << round;
+    }
+  }
+}
+
 void PacketsWhoseRaysAreDoneAreLeftOut() {
   Random random(3);
   Packets packets(RaysFromAPoint(random, 200, 0.2f));
@@ -209,6 +226,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(ConicPacketsTest);
 HWY_EXPORT_AND_TEST_P(ConicPacketsTest, PacketsAreConsecutiveRays);
 HWY_EXPORT_AND_TEST_P(ConicPacketsTest, NeverLeavesOutARayThatEnters);
+HWY_EXPORT_AND_TEST_P(ConicPacketsTest, PointsOnTheOutermostRaysAreKept);
 HWY_EXPORT_AND_TEST_P(ConicPacketsTest, PacketsWhoseRaysAreDoneAreLeftOut);
 HWY_EXPORT_AND_TEST_P(ConicPacketsTest, RaysWithoutDirectionAndConesOfAllDirectionsAreKept);
 HWY_EXPORT_AND_TEST_P(ConicPacketsTest, CommonOriginIsExact);
