@@ -53,6 +53,7 @@ struct Visits {
   Float3 point{};  ///< where boxes are measured from, if the radius is to shrink to the nearest one
   bool shrinks = false;
   bool stops = false;
+  bool grows = false;
   std::vector<int> counts;
   std::size_t total = 0;
 
@@ -61,6 +62,7 @@ struct Visits {
     ++visits.counts[candidate.primitive_id];
     ++visits.total;
     if (visits.stops) return -1;
+    if (visits.grows) return 4 * candidate.radius;
     if (!visits.shrinks) return candidate.radius;
     const double distance =
         DistanceToBox(visits.point, BoxOf(*visits.mesh, candidate.primitive_id));
@@ -201,6 +203,17 @@ TEST_F(QueryPoint, StopsWhereACallbackSaysSo) {
   });
 }
 
+TEST_F(QueryPoint, NoCallbackMakesTheRadiusLarger) {
+  ForEachScene([&](const Scene& scene) {
+    Visits grows = NewVisits();
+    grows.grows = true;
+    const PointQuery query = QueryAt({0, 0, 0}, 6);
+    const Visits visits = Run(scene, query, NewVisits());
+    ASSERT_GT(visits.total, 0u);
+    ASSERT_EQ(Run(scene, query, grows).counts, visits.counts);
+  });
+}
+
 TEST_F(QueryPoint, GoesThroughATransform) {
   // Of the space that the mesh is in, from the world's: a similarity, and not.
   const AffineTransform transforms[] = {
@@ -336,6 +349,48 @@ TEST(PointDomainTest, HoldsWhatTheTransformShouldLeadTo) {
       ASSERT_LE(std::abs(exact[axis] - double{domain.center()[axis]}), domain.reach()[axis]);
     }
   }
+}
+
+// Nearly a similarity, which passes for one: a ball that is a little flat is in a ball all the
+// same.
+TEST(PointDomainTest, HoldsABallThatIsNoneQuite) {
+  Random random(6);
+  std::size_t similar = 0;
+  for (int round = 0; round < 2000; ++round) {
+    TransformStep turned;
+    turned.in_parts = true;
+    for (float& value : turned.parts.quaternion) value = random.Uniform(-1, 1);
+    AffineTransform transform = TransformAt({&turned, 1}, {}, 0);
+    const AffineTransform rotation = transform;
+    // Lengths and angles off by as much as SimilarityScale allows.
+    const auto off = [&] { return random.Next() & 1 ? 0.48e-5f : -0.48e-5f; };
+    const float stretch[3][3] = {{0, off(), off()}, {0, off(), off()}, {0, off(), off()}};
+    for (int i = 0; i < 3; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (int k = 0; k < 3; ++k) {
+          transform.column[i][axis] +=
+              rotation.column[k][axis] * (stretch[k][i] + (k < i ? 0 : stretch[i][k]) * (k != i));
+        }
+      }
+    }
+    if (SimilarityScale(transform) == 0) continue;
+    ++similar;
+    const float origin[3] = {};
+    PointDomain domain(&transform, origin);
+    domain.SetRadius(1);
+    for (int k = 0; k < 200; ++k) {
+      const Float3 way = random.Direction();
+      double square = 0, length = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        double value = 0;
+        for (std::size_t i = 0; i < 3; ++i) value += double{transform.column[i][axis]} * way[i];
+        square += value * value;
+        length += double{way[static_cast<std::size_t>(axis)]} * way[static_cast<std::size_t>(axis)];
+      }
+      ASSERT_LE(square / length, domain.square());
+    }
+  }
+  EXPECT_GT(similar, 100u);
 }
 
 TEST(SimilarityScale, IsZeroWhereDirectionsDiffer) {

@@ -9,17 +9,32 @@
 #include <memory>
 #include <vector>
 
+#include "forms.h"
 #include "shape_scenes.h"
 
 namespace dacrt {
 namespace {
 
+using unit::FullRay;
 using unit::kInfinity;
 using unit::MakeScene;
 using unit::Model;
 using unit::Random;
 using unit::TimedRay;
 using unit::Trace;
+
+/// A ray in all lanes of a packet, and in the end what is in the last one.
+FullRay TraceLanes(const Scene& scene, const unit::Ray& ray, uint32_t lanes) {
+  FullRay full = unit::FullRayOf(ray);
+  std::vector<uint32_t> values;
+  for (const uint32_t bits : full.bits) values.insert(values.end(), lanes, bits);
+  RayPacket packet;
+  packet.values = values.data();
+  packet.lanes = lanes;
+  scene.Trace(Query::kClosest, packet, {lanes, nullptr});
+  for (std::size_t c = 0; c < kPacketComponents; ++c) full.bits[c] = values[(c + 1) * lanes - 1];
+  return full;
+}
 
 // A hit at the ray's own end may round to a larger distance. The next one there is as near.
 TEST(TakeHitTest, HitsAtTheRaysEndAreEquallyNear) {
@@ -87,9 +102,11 @@ void HitFartherThanBefore(void* data, const CallbackArguments& arguments) {
   auto& calls = *static_cast<int*>(data);
   const float t = calls++ == 0 ? 5 : 50;
   const auto put = [&](PacketComponent component, const auto& value) {
-    std::memcpy(static_cast<float*>(arguments.packet) +
-                    static_cast<std::size_t>(component) * arguments.width,
-                &value, sizeof(value));
+    for (uint32_t lane = 0; lane < arguments.width; ++lane) {
+      std::memcpy(static_cast<float*>(arguments.packet) +
+                      static_cast<std::size_t>(component) * arguments.width + lane,
+                  &value, sizeof(value));
+    }
   };
   put(PacketComponent::kTfar, t);
   put(PacketComponent::kGeometryId, arguments.geometry_id);
@@ -127,10 +144,16 @@ TEST(TakeHitTest, UserFunctionsDoNotMoveARaysEndAway) {
   TimedRay ray;
   ray.org = {0.3f, 0.3f, -1};
   ray.dir = {0, 0, 1};
-  const auto hits =
-      Trace(*MakeScene({user, behind}, kDefaultBudget), {ray}, Query::kClosest, {1, nullptr});
+  const auto scene = MakeScene({user, behind}, kDefaultBudget);
+  const auto hits = Trace(*scene, {ray}, Query::kClosest, {1, nullptr});
   EXPECT_EQ(calls, 2);
   EXPECT_EQ(hits[0].geometry_id, 2u);
+  for (const uint32_t lanes : {1u, 8u}) {
+    calls = 0;
+    const FullRay hit = TraceLanes(*scene, ray, lanes);
+    EXPECT_EQ(calls, 2);
+    EXPECT_EQ(hit.Get<uint32_t>(PacketComponent::kGeometryId), 2u) << lanes << " lanes";
+  }
 }
 
 /// Accepts all hits, and says that they are half as far.
@@ -171,6 +194,55 @@ TEST(TakeHitTest, ARayEndsWhereTheFilterFunctionSays) {
   candidate.primitive_id = 1;
   TakeHit<Query::kClosest>(task, 0, candidate);
   EXPECT_EQ(hit.primitive_id, 0u);
+}
+
+/// Accepts all hits, and says that they are three times as far.
+void TripleTheDistance(void*, const CallbackArguments& arguments) {
+  float* const tfar = static_cast<float*>(arguments.packet) +
+                      static_cast<std::size_t>(PacketComponent::kTfar) * arguments.width;
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) tfar[lane] *= 3;
+}
+
+// Single rays, groups and lists alike: a hit that the filter function moves away gives way to one
+// that lies before its new place.
+TEST(TakeHitTest, AHitIsWhereTheFilterFunctionPutsIt) {
+  const float z[] = {1, 2};
+  const uint32_t indices[3] = {0, 1, 2};
+  float vertices[2][3][3];
+  std::vector<Geometry> geometries(2);
+  for (uint32_t i = 0; i < 2; ++i) {
+    const float corners[3][3] = {{-9, -9, z[i]}, {9, -9, z[i]}, {0, 9, z[i]}};
+    std::memcpy(vertices[i], corners, sizeof(corners));
+    geometries[i].geometry_id = i;
+    geometries[i].vertices = {{vertices[i], 12}};
+    geometries[i].vertex_count = 3;
+    geometries[i].primitives = {indices, 12};
+    geometries[i].primitive_count = 1;
+  }
+  geometries[0].closest_filter = {TripleTheDistance, nullptr};
+  Random random(2);
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    const auto scene = MakeScene(geometries, budget);
+    for (const std::size_t count : {1u, 16u, 1000u}) {
+      for (const uint32_t width : {1u, 8u}) {
+        std::vector<TimedRay> rays(count);
+        for (TimedRay& ray : rays) {
+          ray.org = random.InCube(-0.5f, 0.5f);
+          ray.dir = {random.Uniform(-0.1f, 0.1f), random.Uniform(-0.1f, 0.1f), 1};
+        }
+        for (const TimedRay& ray : Trace(*scene, rays, Query::kClosest, {width, nullptr})) {
+          ASSERT_EQ(ray.geometry_id, 1u)
+              << count << " rays, width " << width << ", budget " << budget;
+          ASSERT_LT(ray.tfar, 2.6f);
+        }
+      }
+    }
+    for (const uint32_t lanes : {1u, 8u}) {
+      const FullRay hit = TraceLanes(*scene, unit::MakeRay({0, 0, 0}, {0, 0, 1}), lanes);
+      EXPECT_EQ(hit.Get<uint32_t>(PacketComponent::kGeometryId), 1u);
+      EXPECT_EQ(hit.Get(PacketComponent::kTfar), 2);
+    }
+  }
 }
 
 }  // namespace
