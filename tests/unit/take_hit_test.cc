@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "forms.h"
@@ -24,13 +25,15 @@ using unit::TimedRay;
 using unit::Trace;
 
 /// A ray in all lanes of a packet, and in the end what is in the last one.
-FullRay TraceLanes(const Scene& scene, const unit::Ray& ray, uint32_t lanes) {
+FullRay TraceLanes(const Scene& scene, const unit::Ray& ray, uint32_t lanes,
+                   bool has_masks = true) {
   FullRay full = unit::FullRayOf(ray);
   std::vector<uint32_t> values;
   for (const uint32_t bits : full.bits) values.insert(values.end(), lanes, bits);
   RayPacket packet;
   packet.values = values.data();
   packet.lanes = lanes;
+  packet.has_masks = has_masks;
   scene.Trace(Query::kClosest, packet, {lanes, nullptr});
   for (std::size_t c = 0; c < kPacketComponents; ++c) full.bits[c] = values[(c + 1) * lanes - 1];
   return full;
@@ -243,6 +246,98 @@ TEST(TakeHitTest, AHitIsWhereTheFilterFunctionPutsIt) {
       EXPECT_EQ(hit.Get(PacketComponent::kTfar), 2);
     }
   }
+}
+
+std::shared_ptr<const Scene> SceneOf(const std::shared_ptr<Device>& device,
+                                     const std::vector<Geometry>& geometries) {
+  return std::make_shared<Scene>(device, geometries, SceneOptions{});
+}
+
+Geometry InstanceOf(std::shared_ptr<const Scene> scene) {
+  Geometry instance;
+  instance.shape = Shape::kInstance;
+  instance.primitive_count = 1;
+  instance.instanced_scene = std::move(scene);
+  instance.transforms.resize(1);
+  return instance;
+}
+
+// There is one level of instances.
+TEST(TakeHitTest, AnInstanceInAnInstanceIsNotThere) {
+  Random random(8);
+  const Model triangles = unit::MakeTriangles(random, 2000);
+  const auto device = std::make_shared<Device>();
+  const auto inner = SceneOf(device, {unit::TriangleView(triangles, 0)});
+  const auto middle = SceneOf(device, {InstanceOf(inner)});
+  const auto outer = SceneOf(device, {InstanceOf(middle)});
+  std::size_t hits = 0;
+  for (const TimedRay& ray : unit::MakeRays(random, 300)) {
+    for (const uint32_t lanes : {1u, 8u}) {
+      hits += TraceLanes(*middle, ray, lanes).IsHit();
+      ASSERT_FALSE(TraceLanes(*outer, ray, lanes).IsHit()) << lanes << " lanes";
+    }
+  }
+  EXPECT_GT(hits, 100u);
+}
+
+/// Counts the rays that are shown with each bit of their masks set.
+void CountFullMasks(void* data, const CallbackArguments& arguments) {
+  const auto* const masks = static_cast<const uint32_t*>(arguments.packet) +
+                            static_cast<std::size_t>(PacketComponent::kMask) * arguments.width;
+  auto& count = *static_cast<std::size_t*>(data);
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) count += masks[lane] == UINT32_MAX;
+}
+
+// What stands in the place of the masks is nobody's then.
+TEST(TakeHitTest, FunctionsSeeFullMasksWherePacketsHaveNone) {
+  const float vertices[3][3] = {{-9, -9, 1}, {9, -9, 1}, {0, 9, 1}};
+  const uint32_t indices[3] = {0, 1, 2};
+  std::size_t full = 0;
+  Geometry geometry;
+  geometry.vertices = {{vertices, 12}};
+  geometry.vertex_count = 3;
+  geometry.primitives = {indices, 12};
+  geometry.primitive_count = 1;
+  geometry.closest_filter = {CountFullMasks, &full};
+  const auto scene = MakeScene({geometry}, kDefaultBudget);
+  unit::Ray ray = unit::MakeRay({0, 0, 0}, {0, 0, 1});
+  ray.mask = 5;
+  for (int round = 0; round < 3; ++round) {  // the first one splits the scene
+    for (const uint32_t lanes : {1u, 8u}) {
+      full = 0;
+      EXPECT_TRUE(TraceLanes(*scene, ray, lanes, false).IsHit());
+      EXPECT_EQ(full, lanes);
+    }
+  }
+}
+
+// A hit at the ray's very end may round to a larger distance, and is one by Embree's test. An
+// instance on the way, in which there is nothing to hit, does not change that.
+TEST(TakeHitTest, AnInstanceThatIsMissedLeavesARayItsEnd) {
+  Random random(9);
+  const Model triangles = unit::MakeTriangles(random, 2000);
+  // Its box holds everything.
+  Model corners;
+  corners.steps = {{-4, -4, -4, -4, -3.9f, -4, -3.9f, -4, -4, 4, 4, 4, 4, 3.9f, 4, 3.9f, 4, 4}};
+  corners.indices = {0, 1, 2, 3, 4, 5};
+  const Geometry mesh = unit::TriangleView(triangles, 1);
+  const auto device = std::make_shared<Device>();
+  const Geometry instance = InstanceOf(SceneOf(device, {unit::TriangleView(corners, 0)}));
+  const auto with = SceneOf(device, {instance, mesh});
+  const auto without = SceneOf(device, {mesh});
+  std::size_t at_end = 0;
+  for (const TimedRay& hit : Trace(*without, unit::MakeRays(random, 1000))) {
+    if (!hit.IsHit()) continue;
+    unit::Ray ray = unit::MakeRay(hit.org, hit.dir, 0, hit.tfar);
+    for (int k = 0; k < 3; ++k, ray.tfar = std::nextafter(ray.tfar, 0.0f)) {
+      for (const uint32_t lanes : {1u, 8u}) {
+        const FullRay expected = TraceLanes(*without, ray, lanes);
+        ASSERT_EQ(TraceLanes(*with, ray, lanes), expected) << lanes << " lanes";
+        at_end += expected.IsHit();
+      }
+    }
+  }
+  EXPECT_GT(at_end, 500u);
 }
 
 }  // namespace
