@@ -1,6 +1,7 @@
 // Buffers, on both libraries.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -80,6 +81,28 @@ TEST_P(Buffer, MemoryMonitorIsToldWhatIsAllocatedAndFreed) {
   s.api.rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 10);
   s.api.rtcReleaseGeometry(geometry);
   EXPECT_EQ(log, (Log{100, -100, 124, -124}));
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+}
+
+TEST(DropInBuffer, MemoryThatIsNotToBeHadIsGivenBackToTheMonitor) {
+  Session s(DropIn());
+  struct Sums {
+    ssize_t held = 0, most = 0;
+  } sums;
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device,
+      [](void* user, ssize_t bytes, bool) {
+        auto& sums = *static_cast<Sums*>(user);
+        sums.held += bytes;
+        sums.most = std::max(sums.most, sums.held);
+        return true;
+      },
+      &sums);
+  constexpr std::size_t kTooMuch = std::size_t{1} << 62;
+  EXPECT_EQ(s.api.rtcNewBuffer(s.device, kTooMuch), nullptr);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_OUT_OF_MEMORY);
+  EXPECT_EQ(sums.held, 0);
+  EXPECT_EQ(sums.most, static_cast<ssize_t>(kTooMuch));
   s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
 
