@@ -95,7 +95,7 @@ class RayGroup {
  private:
   static constexpr auto kLanes = [] {
     std::array<RayNumber, kMost> lanes{};
-    for (RayNumber lane = 0; lane < kMost; ++lane) lanes[lane] = lane;
+    for (size_t lane = 0; lane < kMost; ++lane) lanes[lane] = static_cast<RayNumber>(lane);
     return lanes;
   }();
 
