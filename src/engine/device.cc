@@ -27,6 +27,8 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64, kPrepared = 192;
   // So few triangles are no burden, whatever the share of each.
   constexpr std::size_t kLeast = 64 * 1024;
+  // What describes the scene, for which the least share leaves room.
+  constexpr std::size_t kDescription = 8 * 1024;
   const std::size_t triangles = geometries.shares();
   const bool is_prepared = triangles <= policy::kPreparedScene;
   std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
@@ -35,7 +37,9 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   } else if (settings.budget != kUnlimitedBudget) {
     bytes = std::min<std::size_t>(settings.budget, bytes);
   }
-  return keep == Keep::kLittle ? std::min(bytes, std::max(kLittle * triangles, kLeast)) : bytes;
+  return keep == Keep::kLittle
+             ? std::min(bytes, std::max(kLittle * triangles, kLeast + kDescription) - kDescription)
+             : bytes;
 }
 
 WorkspaceShape Device::Implementation::Shape(const CallPlan& plan, std::size_t triangles,
