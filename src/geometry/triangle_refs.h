@@ -1,6 +1,7 @@
 // References to triangles: what the recursion partitions in place of the triangles themselves.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -32,8 +33,9 @@ struct TriangleRange {
   std::size_t count() const { return end - begin; }
 };
 
-/// Squares of larger coordinates overflow.
-inline constexpr float kLargestCoordinate = 1.8e18f;
+/// Beyond, products of coordinates overflow. What reaches 1.844e18 is left out, by Embree as well.
+inline constexpr float kLargestCoordinate =
+    std::bit_cast<float>(std::bit_cast<uint32_t>(1.844e18f) - 1);
 
 /// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
 /// coordinate that is not finite or above kLargestCoordinate in magnitude.

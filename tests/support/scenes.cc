@@ -338,8 +338,8 @@ TestScene::Corners TestScene::Bounds() const {
   for (const TestMesh& mesh : meshes) {
     for (const Float3& position : mesh.positions) {
       // As Embree, which leaves out triangles whose vertices it cannot bound.
-      constexpr float kLargest = 1.8e18f;
-      const auto is_legal = [](float value) { return std::abs(value) <= kLargest; };
+      constexpr float kLargest = 1.844e18f;
+      const auto is_legal = [](float value) { return std::abs(value) < kLargest; };
       if (!is_legal(position.x) || !is_legal(position.y) || !is_legal(position.z)) continue;
       for (int axis = 0; axis < 3; ++axis) {
         corners.lower[axis] = std::min(corners.lower[axis], position[axis]);

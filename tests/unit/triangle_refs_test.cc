@@ -33,7 +33,7 @@ TEST(TriangleRefsTest, BoundsAreThoseOfTheCornersExactly) {
 }
 
 TEST(TriangleRefsTest, TrianglesThatCanNotBeHitAreLeftOut) {
-  const float limit = 1.8e18f, beyond = std::nextafter(limit, kInfinity);
+  const float beyond = 1.844e18f, limit = std::nextafter(beyond, 0.0f);
   Mesh mesh;
   mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   for (const float bad : {kNaN, kInfinity, -kInfinity, beyond, -beyond}) {
