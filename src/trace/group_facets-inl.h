@@ -263,7 +263,7 @@ class GroupFacets {
     const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
     const V key = hn::Max(distance, entry);
     GroupHits<kMost> hits;
-    hits.SetNone();  // of the other vectors
+    if (Lanes() < kMost) hits.SetNone();  // of the other vectors
     const bool is_second = block.second >> i & 1;
     const auto put = [&](V value, float* values)
                          HWY_ATTR { hn::Store(value, kFloat, values + first); };

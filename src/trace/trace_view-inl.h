@@ -88,11 +88,11 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
 
 /// Rays of the view as lists of numbers of records.
 template <Query kQuery>
-size_t TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* callers,
-                    ListMemory lists) {
+void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* callers,
+                  ListMemory lists) {
   const LoadedRays loaded = LoadRecords(*task.frame.view, task.frame.first, count, rays, callers);
   if (task.statistics) task.statistics->rays += loaded.count;
-  if (loaded.count == 0) return count;
+  if (loaded.count == 0) return;
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
@@ -106,7 +106,6 @@ size_t TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* ca
   }
   const size_t stored = StoreRecords<kQuery>(task, loaded);
   if (task.statistics) task.statistics->hits += stored;
-  return count;
 }
 
 /// How many rays go in a group: the more of their way they have in common, the more.
@@ -125,16 +124,12 @@ class GroupSize {
                lanes = static_cast<float>(visits_.lanes);
     const auto rays = static_cast<float>(rays_);
     const float share = lanes / (visits * rays);
-    if (rays_ == kPacketRays) {
-      are_apart_ =
-          kCosts.visit * visits + kCosts.idle_lane * (visits * rays - lanes) >
-          kCosts.ray_in_lists * rays * static_cast<float>(groups_) + kCosts.visit_in_lists * lanes;
-      if (share > kShares.crowded) rays_ *= 2;
-    } else if (share > kShares.crowded && rays_ < kMostGroupRays) {
-      rays_ *= 2;
-    } else if (share < kShares.sparse) {
-      rays_ /= 2;
-    }
+    are_apart_ =
+        rays_ == kPacketRays && kCosts.visit * visits + kCosts.idle_lane * (visits * rays - lanes) >
+                                    kCosts.ray_in_lists * rays * static_cast<float>(groups_) +
+                                        kCosts.visit_in_lists * lanes;
+    if (share > kShares.crowded) rays_ = HWY_MIN(2 * rays_, kMostGroupRays);
+    if (share < kShares.sparse) rays_ = HWY_MAX(rays_ / 2, kPacketRays);
     visits_ = {};
     groups_ = 0;
   }
@@ -205,8 +200,13 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
                ListMemory lists, Statistics* statistics) {
   if (statistics) ++statistics->pieces;
-  const auto with_rays_from = [&](size_t begin, const auto& trace) {
-    const CallFrame frame{&view, nullptr, begin, options, view.instance_value};
+  const bool are_coherent =
+      scene.is_small ||
+      (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
+  const size_t most_in_lists = are_coherent ? policy::kRunOfLists : count;
+  bool by_groups = are_coherent;
+  for (size_t done = 0; done < count;) {
+    const CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
                    scene.partition(),
                    rays,
@@ -220,21 +220,15 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                    FinishHit,
                    view.instance_value,
                    callers};
-    return trace(task);
-  };
-  const bool go_by_groups =
-      scene.is_small ||
-      (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
-  for (size_t done = 0; done < count;) {
-    if (go_by_groups) {
-      done += with_rays_from(first + done, [&](TraceTask& task) {
-        return TraceByGroups<kQuery>(task, count - done, callers, lists);
-      });
+    const size_t left = count - done;
+    if (by_groups) {
+      done += TraceByGroups<kQuery>(task, left, callers, lists);
+    } else {
+      const size_t next = HWY_MIN(left, most_in_lists);
+      TraceByLists<kQuery>(task, next, rays, callers, lists);
+      done += next;
     }
-    const size_t most = go_by_groups ? policy::kRunOfLists : count;
-    done += with_rays_from(first + done, [&](TraceTask& task) {
-      return TraceByLists<kQuery>(task, HWY_MIN(count - done, most), rays, callers, lists);
-    });
+    by_groups = are_coherent && !by_groups;
   }
 }
 

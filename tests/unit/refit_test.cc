@@ -14,15 +14,8 @@
 #include "film.h"
 #include "unit_test.h"
 
-namespace dacrt {
+namespace dacrt::unit {
 namespace {
-
-using unit::Film;
-using unit::Float3;
-using unit::MakeSheets;
-using unit::Mesh;
-using unit::Random;
-using unit::Wave;
 
 // Few and many triangles, before and after all has been split, with calls of every length.
 TEST(RefitTest, AWavingMeshIsTakenOverAndHasTheSameHits) {
@@ -140,4 +133,4 @@ TEST(RefitTest, WhatIsLostComesBackWithANewPartition) {
 }
 
 }  // namespace
-}  // namespace dacrt
+}  // namespace dacrt::unit

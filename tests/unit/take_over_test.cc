@@ -13,18 +13,8 @@
 #include "film.h"
 #include "unit_test.h"
 
-namespace dacrt {
+namespace dacrt::unit {
 namespace {
-
-using unit::Film;
-using unit::Float3;
-using unit::GeometryOf;
-using unit::kNaN;
-using unit::MakeSheets;
-using unit::Mesh;
-using unit::Random;
-using unit::Ray;
-using unit::Wave;
 
 TEST(TakeOverTest, AShuffledMeshIsPartitionedAnewUnlessRefitIsForced) {
   Film film(MakeSheets(2, 60));
@@ -212,4 +202,4 @@ TEST(TakeOverTest, ACopyLeavesTheSceneAsItWas) {
 }
 
 }  // namespace
-}  // namespace dacrt
+}  // namespace dacrt::unit

@@ -9,17 +9,8 @@
 #include "film.h"
 #include "unit_test.h"
 
-namespace dacrt {
+namespace dacrt::unit {
 namespace {
-
-using unit::Film;
-using unit::Float3;
-using unit::GeometryOf;
-using unit::kNaN;
-using unit::MakeSheets;
-using unit::Mesh;
-using unit::Random;
-using unit::Ray;
 
 TEST(UpdateTest, OneMeshOfManyIsUpdatedInItsPlace) {
   Film film(MakeSheets(80, 8));
@@ -145,4 +136,4 @@ TEST(UpdateTest, AllMeshesMayBeHidden) {
 }
 
 }  // namespace
-}  // namespace dacrt
+}  // namespace dacrt::unit
