@@ -109,10 +109,9 @@ TEST_F(Lidar, IsTheSameOnAnyNumberOfThreadsAndSeeded) {
   EXPECT_FALSE(one == scan({"--seed", "2"}, "other.ply"));
 }
 
-// On a terminal, which script (Debian: bsdutils) makes: a bar that grows, and nothing left of it.
+// On a terminal: a bar that grows, and nothing left of it.
 TEST_F(Lidar, ShowsHowFarItIs) {
-  const Outcome outcome =
-      RunProgram(folder_.path(), "script", {"-qec", LIDAR " --sweeps 4", "/dev/null"});
+  const Outcome outcome = RunOnTerminal(folder_.path(), LIDAR, {"--sweeps", "4"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   const std::regex drawn(R"(\r\x1b\[Kscanning +\[(#*)(\.*)\] +([0-9]+) %, [0-9]+ s left)");
   long last = 0;
@@ -131,16 +130,13 @@ TEST_F(Lidar, ShowsHowFarItIs) {
 
 // By Ctrl-C on a terminal, as soon as there is a bar.
 TEST_F(Lidar, WritesWhatItHasWhenItIsInterrupted) {
-  constexpr char kDrive[] =
-      "{ for i in $(seq 600); do grep -qs 's left' screen && break; sleep 0.1; done; printf "
-      "'\\003'; } |"
-      "script -qefc '" LIDAR " --rays 4000000 --sweeps 22' screen";
-  const Outcome outcome = RunProgram(folder_.path(), "sh", {"-c", kDrive});
+  const Outcome outcome =
+      RunOnTerminal(folder_.path(), LIDAR, {"--rays", "4000000", "--sweeps", "22"}, "s left");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(outcome.output.find("\n22 "), std::string::npos) << outcome.output;
   const std::vector<CloudPoint> points = ReadCloud(folder_ / "lidar.ply");
   EXPECT_LT(points.size(), 22 * 4'000'000 * 0.7);
-  EXPECT_NE(outcome.output.find("\n" + std::to_string(points.size()) + " points: lidar.ply"),
+  EXPECT_NE(outcome.output.find(std::to_string(points.size()) + " points: lidar.ply"),
             std::string::npos)
       << outcome.output;
   EXPECT_EQ(ReadPicture(folder_ / "lidar.png").width, 1280);

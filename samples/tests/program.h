@@ -17,6 +17,12 @@ struct Outcome {
 Outcome RunProgram(const std::filesystem::path& folder, const std::string& program,
                    const std::vector<std::string>& arguments, const std::string& limits = ":");
 
+// Runs on a terminal of its own, whose Ctrl-C is pressed as soon as the program has written
+// `interrupt_at`, unless that is empty. What it writes there is `output`, errors too.
+Outcome RunOnTerminal(const std::filesystem::path& folder, const std::string& program,
+                      const std::vector<std::string>& arguments,
+                      const std::string& interrupt_at = "");
+
 // A fresh folder, gone at the end with all that is in it.
 class TemporaryFolder {
  public:
