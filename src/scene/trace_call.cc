@@ -63,7 +63,6 @@ Statistics Scene::Trace(Query query, const RayView& rays, const CallOptions& opt
 void Scene::Trace(Query query, const RayPacket& packet, const CallOptions& options) const {
   CheckLanes("packet.lanes", packet.lanes);
   CheckLanes("options.callback_width", options.callback_width);
-  if (triangle_count() == 0) return;
   implementation_->Trace(query, packet, options);
 }
 
@@ -97,9 +96,13 @@ Statistics Scene::Implementation::Trace(Query query, const RayView& rays,
 
 void Scene::Implementation::Trace(Query query, const RayPacket& packet,
                                   const CallOptions& options) const {
+  if (parts.triangle_count == 0) return;
   if (!parts.kept) [[unlikely]]
     return TraceUnkept(query, packet, options);
-  Engine().kernels.trace.packet(query, parts, packet, options, Engine().workspaces);
+  Device::Implementation& engine = Engine();
+  const TraceKernels& kernels = engine.kernels.trace;
+  const auto& trace = packet.lanes == 1 ? kernels.single : kernels.lanes;
+  trace[static_cast<std::size_t>(query)](parts, packet, options, engine.workspaces);
 }
 
 /// A callback is called by the thread that calls.

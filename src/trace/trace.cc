@@ -50,21 +50,13 @@ void TraceShort(Query query, const SceneParts& scene, const RayView& view,
   }
 }
 
-void TracePacket(Query query, const SceneParts& scene, const RayPacket& packet,
-                 const CallOptions& options, WorkspacePool& pool) {
-  if (query == Query::kClosest) {
-    packet.lanes == 1 ? TraceSingle<Query::kClosest>(scene, packet, options, pool)
-                      : TraceLanes<Query::kClosest>(scene, packet, options, pool);
-  } else {
-    packet.lanes == 1 ? TraceSingle<Query::kAny>(scene, packet, options, pool)
-                      : TraceLanes<Query::kAny>(scene, packet, options, pool);
-  }
-}
-
 }  // namespace
 
 const TraceKernels* GetTraceKernels() {
-  static constexpr TraceKernels kKernels{TracePiece, TraceShort, TracePacket};
+  static constexpr TraceKernels kKernels{TracePiece,
+                                         TraceShort,
+                                         {TraceSingle<Query::kClosest>, TraceSingle<Query::kAny>},
+                                         {TraceLanes<Query::kClosest>, TraceLanes<Query::kAny>}};
   return &kKernels;
 }
 

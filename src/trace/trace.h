@@ -19,9 +19,12 @@ struct TraceKernels {
   /// subset has to be split.
   void (*short_call)(Query query, const SceneParts& scene, const RayView& rays,
                      const CallOptions& options, WorkspacePool& pool);
-  /// A packet or a single ray.
-  void (*packet)(Query query, const SceneParts& scene, const RayPacket& packet,
-                 const CallOptions& options, WorkspacePool& pool);
+  /// A single ray, and the lanes of a packet, by query. As many functions as there are ways: a
+  /// single ray would notice one more on its way.
+  using Packet = void (*)(const SceneParts& scene, const RayPacket& packet,
+                          const CallOptions& options, WorkspacePool& pool);
+  Packet single[2];
+  Packet lanes[2];
 };
 
 /// The kernels of a target, by its index in Highway's tables.

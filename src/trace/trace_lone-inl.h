@@ -8,8 +8,6 @@
 #define DACRT_TRACE_TRACE_LONE_INL_H_
 #endif
 
-#include <optional>
-
 #include "leaf/lone_packet-inl.h"
 #include "trace/lone_hit-inl.h"
 #include "trace/trace_rays-inl.h"
@@ -98,14 +96,13 @@ class LoneTracer {
   template <Asks kAsks>
   HWY_INLINE void Trace() {
     OpenChildren open;
-    std::optional<ChildWord> child = scene_.kept->root();
+    ChildWord child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
     // where there is something to ask, and begins anew behind it.
     do {
-      ChildWord from = *child;
-      if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, from, open, Host<kAsks>{*this}))) return;
-      child = Ask(from, open);
-    } while (child);
+      const Host<kAsks> host{*this};
+      if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, child, open, host))) return;
+    } while (Ask(child, open));
   }
 
   template <Asks kAsks>
@@ -116,15 +113,15 @@ class LoneTracer {
   }
 
   /// Solves what the walk has left, be it that there is something to ask or another kind of leaf.
-  /// Returns the next open child, if any.
-  HWY_NOINLINE std::optional<ChildWord> Ask(ChildWord child, OpenChildren& open) {
+  /// Then `child` is the next open one; false if there is none.
+  HWY_NOINLINE bool Ask(ChildWord& child, OpenChildren& open) {
     const WalkStep step = AskLeaf(child);
-    if (step == WalkStep::kStop) return std::nullopt;
+    if (step == WalkStep::kStop) return false;
     if (step == WalkStep::kLeave) {
       ResumeAsTask(child, open);
-      return std::nullopt;
+      return false;
     }
-    return open.Next<kQuery>(ray_.tfar);
+    return open.Next<kQuery>(ray_.tfar, child);
   }
 
   template <Asks kAsks>

@@ -8,8 +8,6 @@
 #define DACRT_TRACE_TRACE_ONE_INL_H_
 #endif
 
-#include <optional>
-
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/policy.h"
@@ -63,15 +61,16 @@ struct OpenChildren {
     return ChildWord(word[--count]);
   }
 
-  /// The next one that a ray which ends at `tfar` has to look at.
+  /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
   template <Query kQuery>
-  HWY_INLINE std::optional<ChildWord> Next(float tfar) {
+  HWY_INLINE bool Next(float tfar, ChildWord& next) {
     // Where any hit will do there are no distances.
     do {
-      if (count == 0) return std::nullopt;
+      if (count == 0) return false;
       --count;
     } while (kQuery == Query::kClosest && !(distance[count] <= tfar));
-    return ChildWord(word[count]);
+    next = ChildWord(word[count]);
+    return true;
   }
 
   /// The first of them; the others are open then, in their order.
@@ -156,9 +155,7 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
       if (HWY_UNLIKELY(step == WalkStep::kLeave)) return false;
       if (step == WalkStep::kStop) return true;
     }
-    const std::optional<ChildWord> next = open.Next<kQuery>(ray.tfar);
-    if (!next) return true;
-    child = *next;
+    if (!open.Next<kQuery>(ray.tfar, child)) return true;
   }
 }
 
