@@ -1,5 +1,6 @@
-// Rays that run close together through instances: as groups they find what each finds alone, to the
-// last bit.
+// Rays through instances, close together and anyhow: in groups and lists they find what each finds
+// alone, to the last bit.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -111,6 +112,41 @@ TEST_P(GroupInstancesTest, AsEachRayAlone) {
       }
     }
   }
+}
+
+// Where T <= |den| tfar fails by a rounding and T / |den| is tfar all the same, a triangle is not
+// hit; one that is hit at tfar, in an instance, does not make a limit of another kind of it.
+TEST_P(GroupInstancesTest, AHitAtTheLimitLeavesItTheLimit) {
+  const Mesh sheet = Sheet(24, 5, 0.2f);
+  Mesh turned = sheet;  // the same triangles from the next corner on: their rounding differs
+  turned.geometry_id = 1;
+  for (auto& triangle : turned.triangles)
+    std::rotate(triangle.begin(), triangle.begin() + 1, triangle.end());
+  const auto device = std::make_shared<Device>(WithInstructionSet({}));
+  const auto instanced = std::make_shared<Scene>(device, GeometryOf(sheet));
+  const Scene scene(device,
+                    std::vector<Geometry>{Instance(instanced, 9, 0, 0), GeometryOf(turned)});
+  const Scene turned_alone(device, GeometryOf(turned));
+  std::vector<FullRay> rays = Picture(48, 0.3f);
+  unit::Random random(1);
+  for (int i = 0; i < 4000; ++i) {
+    const Float3 from = random.InCube(-1, 1), to = random.InCube(-1, 1);
+    rays.push_back(unit::FullRayOf(
+        unit::MakeRay({from[0], from[1], 1.5f}, {to[0] - from[0], to[1] - from[1], -1.5f})));
+  }
+  const auto hits = unit::TracePackets(scene, rays, Query::kClosest, 1, nullptr);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i].Set(PacketComponent::kTfar, hits[i].Get(PacketComponent::kTfar));
+  }
+  const auto alone = unit::TracePackets(scene, rays, Query::kClosest, 1, nullptr);
+  unit::ExpectSame(unit::TraceForm(scene, rays, Query::kClosest), alone, "one call");
+  unit::ExpectSame(unit::TraceInCalls(scene, rays, Query::kClosest, 64), alone, "calls of 64");
+  unit::ExpectSame(unit::TracePackets(scene, rays, Query::kClosest, 16, nullptr), alone, "packets");
+  EXPECT_GT(std::ranges::count_if(alone,
+                                  [](const FullRay& ray) {
+                                    return ray.Get<uint32_t>(PacketComponent::kInstanceId) == 9;
+                                  }),
+            100);
 }
 
 }  // namespace
