@@ -362,6 +362,20 @@ TEST_P(OneInstance, ShowsAChangedSceneOnceBothScenesAreCommitted) {
   EXPECT_EQ(Distance(scene), 12);
 }
 
+TEST_P(OneInstance, GoesOnWhereOnlyItsSceneIsCommittedAnew) {
+  const RTCGeometry triangle = s.Triangle(3);
+  const RTCScene inner = s.SceneOf(triangle);
+  const RTCGeometry instance = Instance(s, inner);
+  s.api.rtcCommitGeometry(instance);
+  const RTCScene scene = s.SceneOf(instance);
+  EXPECT_EQ(Distance(scene), 13);
+  s.api.rtcSetGeometryMask(triangle, 3);
+  s.api.rtcCommitGeometry(triangle);
+  s.api.rtcCommitScene(inner);
+  EXPECT_EQ(Distance(scene), 13);
+  EXPECT_EQ(Distance(inner), 13);
+}
+
 TEST_P(OneInstance, OfAnEmptySceneIsNotHit) {
   const RTCScene empty = s.NewScene();
   s.api.rtcCommitScene(empty);
