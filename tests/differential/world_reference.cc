@@ -9,7 +9,9 @@ namespace dacrt::tests {
 namespace {
 
 /// The coordinates beyond which Embree leaves a primitive out.
-bool IsLegal(float coordinate) { return std::abs(coordinate) < 1.844e18f; }
+constexpr float kLargestCoordinate = 1.844e18f;
+
+bool IsLegal(float coordinate) { return std::abs(coordinate) < kLargestCoordinate; }
 
 bool IsLegal(const Vertex& vertex, bool has_radius) {
   return IsLegal(vertex.x) && IsLegal(vertex.y) && IsLegal(vertex.z) &&
@@ -123,7 +125,9 @@ void WorldReference::AddGeometry(const WorldScene& scene, const WorldGeometry& g
       }
     }
   }
-  if (parts_.size() > first) groups_.push_back({&geometry, instance, first, parts_.size(), {}});
+  if (parts_.size() == first) return;
+  const bool may_be_left_out = instance && MayBeLeftOut(*instance);
+  groups_.push_back({&geometry, instance, first, parts_.size(), {}, may_be_left_out});
 }
 
 WorldReference::Sphere WorldReference::BoundingSphere(const Part& part) {
@@ -253,10 +257,16 @@ std::vector<PossibleHit> WorldReference::Hits(const RTCRay& ray, bool near_only,
     }
     if (!moment.is_there && !moment.is_doubtful) continue;
     if (near_only && !IsNear(local_ray, group.sphere)) continue;
+    const std::size_t first_hit = hits.size();
     for (std::size_t i = group.first; i < group.end; ++i) {
       if (name && parts_[i].name.primitive_id != name->primitive_id) continue;
       if (near_only && !IsNear(local_ray, spheres_[i])) continue;
       Test(local_ray, parts_[i], moment, hits);
+    }
+    if (!group.may_be_left_out) continue;
+    for (auto hit = hits.begin() + static_cast<std::ptrdiff_t>(first_hit); hit != hits.end();
+         ++hit) {
+      hit->answer.doubts |= kDoubtRange;
     }
   }
   return hits;
@@ -337,6 +347,22 @@ WorldReference::Box WorldReference::BoxOfInstance(const WorldGeometry& instance,
     box.Extend(position, {});
   }
   return box;
+}
+
+/// It is where its bounds at one of its steps are, which both libraries round.
+bool WorldReference::MayBeLeftOut(const WorldGeometry& instance) const {
+  constexpr double kSurelyTaken = 0.999 * kLargestCoordinate;
+  const uint32_t steps = instance.StepCount();
+  for (uint32_t step = 0; step < steps; ++step) {
+    Moment moment;
+    moment.step = step + 1 < steps || steps == 1 ? step : step - 1;
+    moment.fraction = Exactly(step - moment.step);
+    const Box box = BoxOfInstance(instance, ToWorld(instance, moment));
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(box.lower[axis] > -kSurelyTaken && box.upper[axis] < kSurelyTaken)) return true;
+    }
+  }
+  return false;
 }
 
 bool WorldReference::SlabTestMayMiss(const RTCRay& ray, float tfar, const Part& part,

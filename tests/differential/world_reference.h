@@ -77,10 +77,12 @@ class WorldReference {
     const WorldGeometry* instance;
     std::size_t first, end;  ///< in parts_
     Sphere sphere;
+    bool may_be_left_out;  ///< an instance whose bounds may be beyond those that Embree takes
   };
   struct Box;
 
   std::vector<PossibleHit> Hits(const RTCRay& ray, bool near_only, const HitName* name) const;
+  bool MayBeLeftOut(const WorldGeometry& instance) const;
   void AddScene(const WorldScene& scene, const WorldGeometry* instance);
   void AddGeometry(const WorldScene& scene, const WorldGeometry& geometry,
                    const WorldGeometry* instance);
