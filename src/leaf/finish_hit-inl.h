@@ -27,9 +27,7 @@ HWY_INLINE const LeafBlock& FacetsIn(const LeafBlock* block) {
 }
 /// The same of a leaf that carries its geometry.
 HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
-  const std::byte* const block =
-      task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
-  return FacetsIn(reinterpret_cast<const LeafBlock*>(block));
+  return FacetsIn(task.partition.FirstBlock(leaf));
 }
 
 /// Room for a leaf that carries none, made to be looked at once.
@@ -71,9 +69,8 @@ class FinishedHitsOf {
 
   /// Asks for the memory of the leaf that a ray hits; the record may be scrap.
   HWY_INLINE void Prefetch(const RayRecord& ray) const {
-    const ChildWord leaf(ray.hit);
-    const std::byte* const block =
-        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
+    const auto* const block =
+        reinterpret_cast<const std::byte*>(task_.partition.FirstBlock(ChildWord(ray.hit)));
     hwy::Prefetch(block);
     hwy::Prefetch(block + 64);
     hwy::Prefetch(block + 128);

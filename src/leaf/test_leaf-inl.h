@@ -117,9 +117,7 @@ HWY_INLINE void TestLeaf(const TraceTask& task, ChildWord leaf, const RayNumber*
   if (HWY_UNLIKELY(leaf.IsRange())) {
     return TestRange<kQuery>(task, leaf.range(), SIZE_MAX, list, count, memory);
   }
-  const auto* const block = reinterpret_cast<const LeafBlock*>(
-      task.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
-  TestBlocks<kQuery>(task, leaf, block, list, count, memory);
+  TestBlocks<kQuery>(task, leaf, task.partition.FirstBlock(leaf), list, count, memory);
 }
 
 }  // namespace HWY_NAMESPACE

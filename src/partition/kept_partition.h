@@ -68,9 +68,16 @@ struct KeptOrder {
 
 /// What is walked: the nodes, what their leaves refer to, and the scene's.
 struct PartitionView {
+  static constexpr std::size_t kLeafUnit = 16;
+
   WideNode* nodes;
   const uint32_t* order;
   const std::byte* leaves;  ///< leaf blocks, by their place in units of kLeafUnit bytes
+
+  /// Of a leaf that carries its geometry.
+  const LeafBlock* FirstBlock(ChildWord leaf) const {
+    return reinterpret_cast<const LeafBlock*>(leaves + std::size_t{leaf.block()} * kLeafUnit);
+  }
 };
 
 /// The triangles of a range of numbers that can be hit.
@@ -87,7 +94,7 @@ using ListFunction = ListedTriangles (*)(const GeometryTable& geometries, std::s
 
 class KeptPartition {
  public:
-  static constexpr std::size_t kLeafUnit = 16;
+  static constexpr std::size_t kLeafUnit = PartitionView::kLeafUnit;
   /// Leaf blocks are read by whole vectors, which may reach so far behind their end.
   static constexpr std::size_t kReadBehind = 64;
 

@@ -120,12 +120,7 @@ class PointWalk {
 
   void VisitLeaf(ChildWord leaf) {
     const PartitionView partition = scene_.kept->view();
-    uint32_t first = leaf.range();
-    if (leaf.IsBlock()) {
-      const std::byte* const block =
-          partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit;
-      first = reinterpret_cast<const LeafBlock*>(block)->first;
-    }
+    uint32_t first = leaf.IsBlock() ? partition.FirstBlock(leaf)->first : leaf.range();
     for (bool is_last = false; !is_last; ++first) {
       is_last = (partition.order[first] & KeptOrder::kLastOfLeaf) != 0;
       VisitEntry(partition.order[first]);

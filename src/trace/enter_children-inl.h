@@ -87,7 +87,7 @@ HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {
   if (child.IsInner()) {
     target = reinterpret_cast<const std::byte*>(partition.nodes + child.number());
   } else if (child.IsBlock()) {
-    target = partition.leaves + size_t{child.block()} * KeptPartition::kLeafUnit;
+    target = reinterpret_cast<const std::byte*>(partition.FirstBlock(child));
     hwy::Prefetch(target + 128);
   } else {
     return;

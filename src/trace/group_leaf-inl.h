@@ -40,9 +40,7 @@ class GroupLeafTest {
       });
     }
     if (HWY_UNLIKELY(leaf.IsRange())) return TestRange(leaf, active, memory, enter);
-    const auto* const first = reinterpret_cast<const LeafBlock*>(
-        task_.partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
-    TestRow(leaf, first, active, memory, enter);
+    TestRow(leaf, task_.partition.FirstBlock(leaf), active, memory, enter);
   }
 
  private:

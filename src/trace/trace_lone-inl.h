@@ -256,8 +256,7 @@ class LoneTracer {
   /// Any leaf; kLeave, and nothing was done, where only a task can be asked.
   HWY_INLINE WalkStep TestRow(ChildWord leaf) {
     if (!leaf.IsBlock()) return WalkStep::kLeave;
-    const auto* const first = reinterpret_cast<const LeafBlock*>(
-        partition_.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+    const LeafBlock* const first = partition_.FirstBlock(leaf);
     for (const LeafBlock* block = first;; block = block->Next()) {
       if (block->is_timed || !IsKnown(block->kind)) return WalkStep::kLeave;
       if (block->is_last) break;

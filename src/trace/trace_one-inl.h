@@ -106,8 +106,7 @@ struct OpenChildren {
 /// The block of a leaf that holds still facets and nothing else, as most do; else null.
 HWY_INLINE const LeafBlock* PlainBlock(const PartitionView& partition, ChildWord leaf) {
   if (HWY_UNLIKELY(!leaf.IsBlock())) return nullptr;
-  const auto* const block = reinterpret_cast<const LeafBlock*>(
-      partition.leaves + size_t{leaf.block()} * KeptPartition::kLeafUnit);
+  const LeafBlock* const block = partition.FirstBlock(leaf);
   return HWY_LIKELY(block->IsPlain()) ? block : nullptr;
 }
 
