@@ -25,12 +25,13 @@ struct Ending {
   }
 };
 
-/// Calls `work()` in a process that has two minutes. What it prints is for nobody.
+/// Calls `work()` in a process that has ten minutes: where it is done at all, it is done in
+/// seconds. What it prints is for nobody.
 template <class Work>
 Ending RunInProcess(const Work& work) {
   const pid_t child = fork();
   if (child == 0) {
-    alarm(120);
+    alarm(600);
     if (!std::freopen("/dev/null", "w", stderr)) _exit(1);
     work();
     _exit(0);
