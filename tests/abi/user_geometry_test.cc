@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <mutex>
+#include <random>
 #include <set>
 #include <thread>
 #include <utility>
@@ -353,6 +354,70 @@ TEST_P(UserFunctions, SeeRaysOfPacketsInTheirLanes) {
   rtcInitIntersectContext(&context);
   const std::size_t valid_rays = TraceThirdsOfPackets(s.api, scene, context);
   EXPECT_EQ(count, valid_rays);
+}
+
+/// Two walls whose bounds all rays of a test enter before they come to either: so each ray is shown
+/// to both, in any order.
+struct Walls {
+  static constexpr float kDistance[2] = {15, 14};  ///< by geometry
+  static constexpr float kU = 0.25f;
+
+  unsigned int seen_behind_another = 0;
+};
+
+void BoundWall(const RTCBoundsFunctionArguments* args) {
+  *args->bounds_o = {-100, -100, 1, 0, 100, 100, 9, 0};
+}
+
+void HitWall(const RTCIntersectFunctionNArguments* args) {
+  const unsigned int lanes = args->N;
+  RTCRayN* const rays = RTCRayHitN_RayN(args->rayhit, lanes);
+  RTCHitN* const hits = RTCRayHitN_HitN(args->rayhit, lanes);
+  for (unsigned int lane = 0; lane < lanes; ++lane) {
+    if (args->valid[lane] == 0) continue;
+    float& tfar = RTCRayN_tfar(rays, lanes, lane);
+    const unsigned int other = 1 - args->geomID;
+    if (tfar == RayAt(0).ray.tfar) {
+      EXPECT_EQ(RTCHitN_geomID(hits, lanes, lane), RTC_INVALID_GEOMETRY_ID);
+    } else {
+      EXPECT_EQ(tfar, Walls::kDistance[other]);
+      EXPECT_EQ(RTCHitN_geomID(hits, lanes, lane), other);
+      EXPECT_EQ(RTCHitN_u(hits, lanes, lane), Walls::kU);
+      ++static_cast<Walls*>(args->geometryUserPtr)->seen_behind_another;
+    }
+    if (tfar < Walls::kDistance[args->geomID]) continue;
+    tfar = Walls::kDistance[args->geomID];
+    const RTCHit hit{0, 0, 1, Walls::kU, 0, args->primID, args->geomID, {args->context->instID[0]}};
+    rtcCopyHitToHitN(hits, &hit, lanes, lane);
+  }
+}
+
+TEST_P(UserFunctions, SeeTheHitSoFar) {
+  Session s(GetParam()(), "threads=1");
+  Walls walls;
+  const RTCScene scene = s.NewScene();
+  for (int i = 0; i < 2; ++i) {
+    const RTCGeometry wall = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
+    s.api.rtcSetGeometryUserPrimitiveCount(wall, 1);
+    s.api.rtcSetGeometryUserData(wall, &walls);
+    s.api.rtcSetGeometryBoundsFunction(wall, BoundWall, nullptr);
+    s.api.rtcSetGeometryIntersectFunction(wall, HitWall);
+    s.api.rtcCommitGeometry(wall);
+    s.api.rtcAttachGeometry(scene, wall);
+  }
+  s.api.rtcCommitScene(scene);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> sideways(-3, 3);
+  for (const unsigned int count : {1u, 40u, 5000u}) {
+    std::vector<RTCRayHit> rays(count, RayAt(0));
+    for (RTCRayHit& record : rays) record.ray.dir_x = sideways(random);
+    walls = {};
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    s.api.rtcIntersect1M(scene, &context, rays.data(), count, sizeof(RTCRayHit));
+    EXPECT_EQ(walls.seen_behind_another, count);
+    for (const RTCRayHit& record : rays) ASSERT_EQ(record.hit.geomID, 1u);
+  }
 }
 
 /// The user data of a geometry whose functions trace their rays in another scene, or once more in

@@ -38,6 +38,25 @@ TEST(SceneTest, BoundsAndCountAreThoseOfTheTrianglesThatCanBeHit) {
   EXPECT_EQ(bounds.upper[2], 6);
 }
 
+TEST(SceneTest, WhatIsNotANumberLeavesAPointOut) {
+  for (int bad = 0; bad < 7; ++bad) {
+    SCOPED_TRACE(bad);
+    float points[2][4] = {{1, 2, 3, 0.5f}, {7, 8, 9, 0.5f}};
+    float normals[2][3] = {{0, 0, 1}, {0, 0, 1}};
+    (bad < 4 ? points[1][bad] : normals[1][bad - 4]) = kNaN;
+    Geometry discs;
+    discs.shape = Shape::kOrientedDiscs;
+    discs.vertices = {{points, sizeof(points[0])}};
+    discs.vertex_count = discs.primitive_count = 2;
+    discs.normals = {{normals, sizeof(normals[0])}};
+    const Scene scene(std::make_shared<Device>(), discs);
+    EXPECT_EQ(scene.triangle_count(), 1u);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(scene.bounds().upper[axis], points[0][axis] + 0.5f);
+    }
+  }
+}
+
 TEST(SceneTest, WithoutTrianglesTheBoundsAreEmpty) {
   const Scene scene(std::make_shared<Device>(), {});
   const Bounds bounds = scene.bounds();
