@@ -43,7 +43,6 @@ CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Sett
   if (!keeps || rays == 0) return;
   piece_rays = std::min(piece_rays, kKeptPieceRays);
   least_piece_ = std::clamp(rays / (threads * kLeastPartOfShare), kFewestShared, kMostAsLeast);
-  least_piece_ = std::min(least_piece_, piece_rays);
   workers = std::min(threads, (rays + least_piece_ - 1) / least_piece_);
   piece_rays = NextPiece(rays);
 }

@@ -122,6 +122,8 @@ TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
       }
       EXPECT_EQ(plan.workers, 1u);
       EXPECT_LE(plan.piece_rays, 1024u);
+      EXPECT_GE(plan.piece_rays,
+                std::min<std::size_t>(1024, CallPlan(rays, threads, true, settings).piece_rays));
       EXPECT_FALSE(plan.Shrink());
       EXPECT_GE(CountPieces(plan, rays) * plan.piece_rays, rays);
     }

@@ -145,6 +145,17 @@ TEST(KeptRoomTest, NodesAndLeavesNeverMeet) {
   }
 }
 
+TEST(KeptRoomTest, SubsetsEndWhereNodesBegin) {
+  Random random(32);
+  Kept owner(MakeSoup(random, 3000, 1, 0.05f), 100 * 3000);
+  KeptPartition& kept = owner.partition;
+  uint32_t node, last = 0;
+  for (uint32_t subset; kept.Allocate(0, 1, node, subset);) last = subset;
+  EXPECT_GT(last, 0u);
+  EXPECT_LE(reinterpret_cast<std::uintptr_t>(&kept.subset(last) + 1),
+            reinterpret_cast<std::uintptr_t>(kept.view().nodes));
+}
+
 // Without room for a leaf the order still says what is in it.
 TEST(KeptRoomTest, SmallBudgetsHaveNoLeaves) {
   Random random(33);

@@ -70,6 +70,33 @@ TEST(TakeOverTest, WhatCannotBeHitAnyMoreIsLeftOut) {
   film.Check(2000);
 }
 
+TEST(TakeOverTest, AsManyOthersThatAreLeftOutAreNotTheSame) {
+  Film film(MakeSheets(2, 40));
+  std::vector<Float3>& vertices = film.meshes[1].vertices;
+  const float before = vertices[500][1];
+  vertices[500][1] = kNaN;
+  ++film.revisions[1];
+  EXPECT_FALSE(film.Advance());
+  film.Check(2000);
+  vertices[500][1] = before;
+  vertices[800][1] = kNaN;
+  ++film.revisions[1];
+  EXPECT_FALSE(film.Advance());
+  film.Check(2000);
+}
+
+TEST(TakeOverTest, NothingIsTakenOverFromAnotherDevice) {
+  const Mesh mesh = MakeSheets(1, 40)[0];
+  const std::vector<Geometry> geometries = {GeometryOf(mesh)};
+  const auto device = std::make_shared<Device>(), other = std::make_shared<Device>();
+  const Scene scene(device, geometries);
+  Random random(1);
+  std::vector<Ray> rays = unit::MakeRays(random, 1000, 1);
+  scene.Trace(Query::kClosest, unit::ViewOf(rays));
+  EXPECT_TRUE(Scene(device, geometries, SceneOptions(), scene).takes_over());
+  EXPECT_FALSE(Scene(other, geometries, SceneOptions(), scene).takes_over());
+}
+
 // What is looked at vertex by vertex and index by index has any stride.
 TEST(TakeOverTest, IndicesThatBecomeIllegalAreLeftOut) {
   for (const std::size_t padding : {0u, 1u}) {

@@ -226,6 +226,24 @@ TEST(WorkspacePoolTest, CountsWhatIsIdleAndOnLoan) {
   EXPECT_EQ(pool.BytesHeld(), 0u);
 }
 
+TEST(WorkspacePoolTest, LendsTheLargestFirst) {
+  const Settings settings;
+  const WorkspaceShape small = WorkspaceShape::ForPaper(10, 100, false, settings);
+  const WorkspaceShape large = WorkspaceShape::ForPaper(5000, 100, false, settings);
+  for (const bool large_is_first : {false, true}) {
+    const MemoryAccount memory(nullptr);
+    WorkspacePool pool(memory);
+    {
+      WorkspacePool::Loan a(pool), b(pool);
+      a.Reserve(large_is_first ? large : small);
+      b.Reserve(large_is_first ? small : large);
+    }
+    WorkspacePool::Loan next(pool);
+    next.Reserve(large);
+    EXPECT_EQ(pool.BytesHeld(), small.Bytes() + large.Bytes()) << "nothing had to grow";
+  }
+}
+
 TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   const Settings settings;
   std::ptrdiff_t told = 0;
