@@ -6,6 +6,7 @@
 #include <cstring>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -136,9 +137,9 @@ TEST_F(Lidar, WritesWhatItHasWhenItIsInterrupted) {
   EXPECT_EQ(outcome.output.find("\n22 "), std::string::npos) << outcome.output;
   const std::vector<CloudPoint> points = ReadCloud(folder_ / "lidar.ply");
   EXPECT_LT(points.size(), 22 * 4'000'000 * 0.7);
-  EXPECT_NE(outcome.output.find(std::to_string(points.size()) + " points: lidar.ply"),
-            std::string::npos)
-      << outcome.output;
+  std::ostringstream line;
+  line << '\n' << points.size() << " points: lidar.ply";
+  EXPECT_NE(outcome.output.find(line.str()), std::string::npos) << outcome.output;
   EXPECT_EQ(ReadPicture(folder_ / "lidar.png").width, 1280);
 }
 

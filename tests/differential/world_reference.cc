@@ -257,16 +257,11 @@ std::vector<PossibleHit> WorldReference::Hits(const RTCRay& ray, bool near_only,
     }
     if (!moment.is_there && !moment.is_doubtful) continue;
     if (near_only && !IsNear(local_ray, group.sphere)) continue;
-    const std::size_t first_hit = hits.size();
+    moment.is_doubtful = moment.is_doubtful || group.may_be_left_out;
     for (std::size_t i = group.first; i < group.end; ++i) {
       if (name && parts_[i].name.primitive_id != name->primitive_id) continue;
       if (near_only && !IsNear(local_ray, spheres_[i])) continue;
       Test(local_ray, parts_[i], moment, hits);
-    }
-    if (!group.may_be_left_out) continue;
-    for (auto hit = hits.begin() + static_cast<std::ptrdiff_t>(first_hit); hit != hits.end();
-         ++hit) {
-      hit->answer.doubts |= kDoubtRange;
     }
   }
   return hits;

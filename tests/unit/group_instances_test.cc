@@ -126,7 +126,6 @@ TEST_P(GroupInstancesTest, AHitAtTheLimitLeavesItTheLimit) {
   const auto instanced = std::make_shared<Scene>(device, GeometryOf(sheet));
   const Scene scene(device,
                     std::vector<Geometry>{Instance(instanced, 9, 0, 0), GeometryOf(turned)});
-  const Scene turned_alone(device, GeometryOf(turned));
   std::vector<FullRay> rays = Picture(48, 0.3f);
   unit::Random random(1);
   for (int i = 0; i < 4000; ++i) {
