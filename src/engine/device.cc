@@ -26,14 +26,14 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   // nearly empty.
   constexpr std::size_t kDefault = 32, kLittle = 8, kUnlimited = 64, kPrepared = 192;
   // So few triangles are no burden, whatever the share of each.
-  constexpr std::size_t kLeast = 64 * 1024;
+  constexpr std::size_t kLeast = 64 * 1024, kModest = 8'000'000;
   // What describes the scene, for which the least share leaves room.
   constexpr std::size_t kDescription = 8 * 1024;
   const std::size_t triangles = geometries.shares();
   const bool is_prepared = triangles <= policy::kPreparedScene;
   std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
   if (settings.budget == kDefaultBudget) {
-    if (!is_prepared) bytes = std::max(kDefault * triangles, kLeast);
+    if (!is_prepared) bytes = std::max(kDefault * triangles, std::min(bytes, kModest));
   } else if (settings.budget != kUnlimitedBudget) {
     bytes = std::min<std::size_t>(settings.budget, bytes);
   }

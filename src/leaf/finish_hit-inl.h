@@ -12,9 +12,9 @@
 
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
+#include "leaf/gather_leaf-inl.h"
 #include "leaf/leaf_block.h"
 #include "leaf/leaf_names.h"
-#include "leaf/make_leaf.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -36,8 +36,10 @@ struct LeafRoom {
 };
 HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {
   if (HWY_LIKELY(leaf.IsBlock())) return FacetsOf(task, leaf);
-  MakeLeaf(task.scene.geometries, task.partition.order, leaf.range(), kLeafLanes,
-           SharedVertices::kRepeat, room.blocks);
+  const GeometryTable& geometries = task.scene.geometries;
+  const uint32_t first = leaf.range();
+  GatherLeaf(geometries, FindItems(geometries, task.partition.order, first, kLeafLanes), first,
+             room.blocks);
   return FacetsIn(reinterpret_cast<const LeafBlock*>(room.blocks));
 }
 
@@ -80,6 +82,10 @@ class FinishedHitsOf {
     const RayRecord& ray = task_.rays[number];
     const ChildWord leaf(ray.hit);
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
+    if (HWY_LIKELY(leaf.IsBlock())) return Add(number, ray, block_lane, FacetsOf(task_, leaf));
+    const LeafItems items =
+        FindItems(task_.scene.geometries, task_.partition.order, leaf.range(), block_lane + 1);
+    if (HWY_LIKELY(items.is_plain)) return Add(number, ray, items.names[block_lane]);
     LeafRoom room;
     Add(number, ray, block_lane, FacetsOf(task_, leaf, room));
   }
@@ -141,12 +147,29 @@ class FinishedHitsOf {
         corner_[corner][axis][count_] = vertex[axis * block.vertices];
       }
     }
+    AddRay(number, ray, NameOfLane(task_, block, block_lane), block.second >> block_lane & 1);
+  }
+
+  /// A triangle that stands in the lane of its place in the leaf.
+  HWY_NOINLINE void Add(RayNumber number, const RayRecord& ray, GeometryTable::Name name) {
+    Corners corners = {};
+    task_.scene.geometries.ReadCorners(name.geometry, name.primitive, corners);
+    for (size_t corner = 0; corner < 3; ++corner) {
+      for (size_t axis = 0; axis < 3; ++axis) {
+        corner_[corner][axis][count_] = corners.v[corner][axis];
+      }
+    }
+    AddRay(number, ray, name, false);
+  }
+
+  HWY_INLINE void AddRay(RayNumber number, const RayRecord& ray, GeometryTable::Name name,
+                         bool is_second) {
     for (int axis = 0; axis < 3; ++axis) {
       org_[axis][count_] = ray.org[axis];
       dir_[axis][count_] = ray.dir[axis];
     }
-    names_[count_] = NameOfLane(task_, block, block_lane);
-    is_second_[count_] = block.second >> block_lane & 1;
+    names_[count_] = name;
+    is_second_[count_] = is_second;
     numbers_[count_++] = number;
   }
 

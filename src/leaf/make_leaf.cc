@@ -186,8 +186,9 @@ void WriteBlock(const GeometryTable& geometries, const BlockKind& kind, const Bl
 }
 
 /// Begins the block of a leaf that holds nothing but still triangles, as nearly all do.
-void BeginTriangles(const GeometryTable::Name* names, std::size_t count, uint32_t first,
-                    LeafBlock& block) {
+void BeginTriangles(const LeafItems& items, uint32_t first, LeafBlock& block) {
+  const GeometryTable::Name* const names = items.names;
+  const std::size_t count = items.count;
   block = {};
   block.kind = LeafKind::kFacets;
   block.is_last = true;
@@ -200,24 +201,17 @@ void BeginTriangles(const GeometryTable::Name* names, std::size_t count, uint32_
   }
 }
 
-/// WriteBlock for them, with a place for each corner. Leaves that are not kept are made so at every
-/// visit.
-void WriteTrianglesByLane(const GeometryTable& geometries, const GeometryTable::Name* names,
-                          std::size_t count, uint32_t first, LeafBlock& block) {
-  static constexpr auto kPlaces = [] {
-    std::array<uint8_t, LeafBlock::kByLane> places{};
-    for (uint8_t i = 0; i < LeafBlock::kByLane; ++i) places[i] = i;
-    return places;
-  }();
-  BeginTriangles(names, count, first, block);
-  block.vertices = LeafBlock::kByLane;
-  std::memcpy(block.indices(), kPlaces.data(), sizeof(kPlaces));
+/// WriteBlock for them, with a place for each corner.
+void WriteTrianglesByLane(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
+                          LeafBlock& block) {
+  BeginTrianglesByLane(items, first, block);
   float* const data = block.vertex_data();
-  if (count < kLeafLanes) std::memset(data, 0, 3 * LeafBlock::kByLane * sizeof(float));
-  for (std::size_t lane = 0; lane < count; ++lane) {
+  if (items.count < kLeafLanes) std::memset(data, 0, 3 * LeafBlock::kByLane * sizeof(float));
+  for (std::size_t lane = 0; lane < items.count; ++lane) {
+    const GeometryTable::Name name = items.names[lane];
     Corners corners;
     // One whose indices are no longer legal has no area, and nothing hits it.
-    if (!geometries.ReadCorners(names[lane].geometry, names[lane].primitive, corners)) corners = {};
+    if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) corners = {};
     for (std::size_t k = 0; k < 3; ++k) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         data[axis * LeafBlock::kByLane + k * kLeafLanes + lane] = corners.v[k][axis];
@@ -227,16 +221,17 @@ void WriteTrianglesByLane(const GeometryTable& geometries, const GeometryTable::
 }
 
 /// WriteBlock for them, with each vertex once; with a place for each corner if that saves nothing.
-void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* names,
-                    std::size_t count, uint32_t first, LeafBlock& block) {
-  BeginTriangles(names, count, first, block);
+void WriteTriangles(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
+                    LeafBlock& block) {
+  BeginTriangles(items, first, block);
   uint8_t indices[3][kLeafLanes] = {};
   float vertices[LeafBlock::kByLane][3];
   uint32_t keys[LeafBlock::kByLane];
   uint32_t distinct = 0;
-  for (std::size_t lane = 0; lane < count; ++lane) {
+  for (std::size_t lane = 0; lane < items.count; ++lane) {
+    const GeometryTable::Name name = items.names[lane];
     Corners corners;
-    if (!geometries.ReadCorners(names[lane].geometry, names[lane].primitive, corners)) corners = {};
+    if (!geometries.ReadCorners(name.geometry, name.primitive, corners)) corners = {};
     for (std::size_t k = 0; k < 3; ++k) {
       const float* const corner = corners.v[k];
       uint32_t bits[3];
@@ -257,7 +252,7 @@ void WriteTriangles(const GeometryTable& geometries, const GeometryTable::Name* 
     }
   }
   if (distinct == LeafBlock::kByLane) {
-    return WriteTrianglesByLane(geometries, names, count, first, block);
+    return WriteTrianglesByLane(geometries, items, first, block);
   }
   block.vertices = static_cast<uint8_t>(distinct);
   std::memcpy(block.indices(), indices, sizeof(indices));
@@ -312,14 +307,25 @@ bool RenewTriangles(const GeometryTable& geometries, const LeafItems& items, Lea
 LeafItems FindItems(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
                     std::size_t most) {
   LeafItems items;
-  std::size_t lanes = 0;
+  std::size_t lanes = 0, lanes_each = 0;
+  uint32_t geometry = 0, begin = 0;
+  std::size_t size = 0;
+  bool is_plain = true;
   while (!items.is_last && items.count < most) {
     const uint32_t entry = order[first + items.count];
-    const GeometryTable::Name name = geometries.Locate(KeptOrder::NumberOf(entry));
-    lanes += geometries.LanesOf(name.geometry);
+    const uint32_t number = KeptOrder::NumberOf(entry);
+    // Nearly always of the same geometry as the one before it.
+    if (number - begin >= size) {
+      geometry = geometries.Locate(number).geometry;
+      begin = geometries.Number(geometry, 0);
+      size = geometries[geometry].triangle_count;
+      lanes_each = geometries.LanesOf(geometry);
+      is_plain = geometries.HasTriangles(geometry);
+    }
+    lanes += lanes_each;
     if (items.count > 0 && lanes > kLeafLanes) break;
-    items.names[items.count++] = name;
-    items.is_plain &= geometries.HasTriangles(name.geometry);
+    items.names[items.count++] = {geometry, number - begin};
+    items.is_plain &= is_plain;
     items.is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
   }
   return items;
@@ -348,11 +354,15 @@ bool RenewLeaf(const GeometryTable& geometries, const LeafItems& items, std::siz
   return true;
 }
 
-MadeLeaf MakeLeaf(const GeometryTable& geometries, const uint32_t* order, uint32_t first,
-                  std::size_t most, SharedVertices shared, std::byte* blocks) {
-  const LeafItems items = FindItems(geometries, order, first, most);
-  FetchVertices(geometries, items);
-  return MakeLeaf(geometries, items, first, shared, blocks);
+void BeginTrianglesByLane(const LeafItems& items, uint32_t first, LeafBlock& block) {
+  static constexpr auto kPlaces = [] {
+    std::array<uint8_t, LeafBlock::kByLane> places{};
+    for (uint8_t i = 0; i < LeafBlock::kByLane; ++i) places[i] = i;
+    return places;
+  }();
+  BeginTriangles(items, first, block);
+  block.vertices = LeafBlock::kByLane;
+  std::memcpy(block.indices(), kPlaces.data(), sizeof(kPlaces));
 }
 
 MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& all, uint32_t first,
@@ -362,9 +372,9 @@ MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& all, uint32_
   if (all.is_plain) {
     auto& block = *reinterpret_cast<LeafBlock*>(blocks);
     if (shared == SharedVertices::kRepeat) {
-      WriteTrianglesByLane(geometries, names, count, first, block);
+      WriteTrianglesByLane(geometries, all, first, block);
     } else {
-      WriteTriangles(geometries, names, count, first, block);
+      WriteTriangles(geometries, all, first, block);
     }
     return {block.Bytes(), count, all.is_last};
   }

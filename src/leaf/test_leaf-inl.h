@@ -9,7 +9,6 @@
 
 #include "leaf/facets-inl.h"
 #include "leaf/instances-inl.h"
-#include "leaf/make_leaf.h"
 #include "leaf/points-inl.h"
 #include "leaf/user.h"
 
@@ -91,15 +90,24 @@ HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBloc
 template <class Body>
 HWY_INLINE void ForEachMadeLeaf(const TraceTask& task, uint32_t first, size_t most,
                                 const Body& body) {
+  const GeometryTable& geometries = task.scene.geometries;
+  const auto find = [&](size_t done) {
+    return FindItems(geometries, task.partition.order, static_cast<uint32_t>(first + done),
+                     HWY_MIN(kLeafLanes, most - done));
+  };
   alignas(64) std::byte blocks[kMostLeafBytes];
-  for (size_t done = 0; done < most;) {
+  LeafItems items = find(0), next;
+  for (size_t done = 0;; items = next) {
     const auto place = static_cast<uint32_t>(first + done);
-    const MadeLeaf made =
-        MakeLeaf(task.scene.geometries, task.partition.order, place,
-                 HWY_MIN(kLeafLanes, most - done), SharedVertices::kRepeat, blocks);
+    done += items.count;
+    const bool is_done = items.is_last || done == most;
+    if (!is_done) {
+      next = find(done);
+      FetchIndices(geometries, next);
+    }
+    GatherLeaf(geometries, items, place, blocks);
     body(ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks));
-    if (made.is_whole) return;
-    done += made.items;
+    if (is_done) return;
   }
 }
 

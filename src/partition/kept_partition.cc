@@ -44,7 +44,7 @@ std::size_t HeadBytes(std::size_t triangles) {
 /// Leaves of the least budget, and its nodes: subsets have several hundred triangles, and need a
 /// few nodes each.
 constexpr std::size_t kMostLeafLanes = 8 * kLeafLanes;
-std::size_t LeastNodes(std::size_t triangles) { return 16 + triangles / 170; }
+std::size_t LeastNodes(std::size_t triangles) { return 16 + triangles / 168; }
 
 constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
 
@@ -80,7 +80,7 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   // beside a subset without nodes, of which every triangle is tested.
   while (leaf_lanes_ < kMostLeafLanes &&
          NodesFor(LanesOf(geometries), leaf_lanes_) * kUnitsANode > room_units_) {
-    leaf_lanes_ *= 2;
+    leaf_lanes_ += kLeafLanes;
   }
 
   List(list, tasks);

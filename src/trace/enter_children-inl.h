@@ -90,6 +90,7 @@ HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {
     target = reinterpret_cast<const std::byte*>(partition.FirstBlock(child));
     hwy::Prefetch(target + 128);
   } else {
+    if (child.IsRange()) hwy::Prefetch(partition.order + child.range());
     return;
   }
   hwy::Prefetch(target);

@@ -109,8 +109,9 @@ struct GroupHits {
         const auto load = [&](const auto* values) HWY_ATTR {
           return hn::Load(kCornerTag, reinterpret_cast<const float*>(values) + lane);
         };
-        FourByFour begin{{load(ng[0]), load(ng[1]), load(ng[2]), load(u)}};
-        FourByFour end{{load(v), load(primitive_id), load(geometry_id), load(instance_id)}};
+        FourByFour<CornerTag> begin{{load(ng[0]), load(ng[1]), load(ng[2]), load(u)}};
+        FourByFour<CornerTag> end{
+            {load(v), load(primitive_id), load(geometry_id), load(instance_id)}};
         begin.Transpose();
         end.Transpose();
         for (size_t i = 0; i < 4; ++i) {

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "geometry/box.h"
+#include "geometry/four_by_four-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "rays/load_records-inl.h"
 #include "trace/policy.h"
@@ -31,23 +32,6 @@ constexpr LaneMask FirstLanes(size_t count) { return ~LaneMask{0} >> (64 - count
 struct PartRange {
   size_t begin, end;
 };
-
-#if HWY_TARGET != HWY_SCALAR
-/// Four vectors of four, from rows to columns.
-struct FourByFour {
-  hn::Vec<CornerTag> v[4];
-
-  HWY_INLINE void Transpose() {
-    const CornerTag d;
-    const auto xy01 = hn::InterleaveLower(d, v[0], v[1]), xy23 = hn::InterleaveLower(d, v[2], v[3]);
-    const auto zw01 = hn::InterleaveUpper(d, v[0], v[1]), zw23 = hn::InterleaveUpper(d, v[2], v[3]);
-    v[0] = hn::ConcatLowerLower(d, xy23, xy01);
-    v[1] = hn::ConcatUpperUpper(d, xy23, xy01);
-    v[2] = hn::ConcatLowerLower(d, zw23, zw01);
-    v[3] = hn::ConcatUpperUpper(d, zw23, zw01);
-  }
-};
-#endif
 
 /// The rays of a group as structure of arrays. Lanes without a ray are never looked at, but hold
 /// one.
@@ -249,7 +233,7 @@ struct GroupLanes {
     for (size_t i = 0; i < 4; ++i) records[i] = layout.Record(first + i);
     const auto load = [&](PacketComponent component, float* x, float* y, float* z,
                           float* w) HWY_ATTR {
-      FourByFour rows;
+      FourByFour<CornerTag> rows;
       for (int i = 0; i < 4; ++i) {
         rows.v[i] = hn::LoadU(kCornerTag, records[i] + static_cast<size_t>(component));
       }

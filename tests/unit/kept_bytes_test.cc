@@ -48,15 +48,21 @@ Geometry MakeSheet(Shape shape, std::size_t side, std::size_t steps, Model& shee
   return view;
 }
 
-// Of whatever shape a mesh is, moving or not, the default budget has room for all of its leaves.
-TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
-  constexpr std::size_t kSide = 80;
-  std::vector<TimedRay> rays(16 * kSide * kSide);
+/// `count` rays a side down onto a sheet.
+std::vector<TimedRay> RaysDown(std::size_t count, float apart) {
+  std::vector<TimedRay> rays(count * count);
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    rays[i].org = {0.25f * static_cast<float>(i % (4 * kSide)) + 0.1f,
-                   0.25f * static_cast<float>(i / (4 * kSide)) + 0.1f, 100};
+    rays[i].org = {apart * static_cast<float>(i % count) + 0.2f,
+                   apart * static_cast<float>(i / count) + 0.1f, 100};
     rays[i].dir = {0, 0, -1};
   }
+  return rays;
+}
+
+// Of whatever shape a mesh is, moving or not, the default budget has room for all of its leaves.
+TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
+  constexpr std::size_t kSide = 360;  // beyond what is kept without regard to the share of each
+  const std::vector<TimedRay> rays = RaysDown(2 * kSide, 0.5f);
   for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
     for (const std::size_t steps : {1u, 2u}) {
       Model sheet;
@@ -69,8 +75,35 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
           std::to_string(static_cast<int>(shape)) + " x " + std::to_string(steps);
       EXPECT_EQ(by_default->KeptBytesUsed(), unlimited->KeptBytesUsed()) << what;
       EXPECT_LT(by_default->KeptBytes(), unlimited->KeptBytes()) << what;
+      if (shape == Shape::kTriangles && steps == 1) {
+        EXPECT_LE(by_default->KeptBytes(), 32 * 2 * kSide * kSide);
+      }
     }
   }
+}
+
+// A mesh of a few thousand triangles is no burden, even if they share no vertices.
+TEST(KeptBytesTest, TheDefaultBudgetHoldsAllOfSmallMeshes) {
+  constexpr std::size_t kSide = 100, kTriangles = 2 * kSide * kSide;
+  Model shared, sheet;
+  MakeSheet(Shape::kTriangles, kSide, 1, shared);
+  sheet.steps.resize(1);
+  for (const uint32_t index : shared.indices) {
+    sheet.indices.push_back(static_cast<uint32_t>(sheet.indices.size()));
+    const float* const vertex = &shared.steps[0][3 * index];
+    sheet.steps[0].insert(sheet.steps[0].end(), vertex, vertex + 3);
+    sheet.steps[0].back() += 1e-5f * static_cast<float>(sheet.indices.size());
+  }
+  const Geometry geometry = TriangleView(sheet, 0);
+  const std::vector<TimedRay> rays = RaysDown(4 * kSide, 0.25f);
+  const auto used = [&](uint64_t budget) {
+    const auto scene = MakeScene({geometry}, budget, false, 1);
+    Trace(*scene, rays);
+    return scene->KeptBytesUsed();
+  };
+  EXPECT_EQ(used(kDefaultBudget), used(kUnlimitedBudget));
+  EXPECT_GT(used(kDefaultBudget), 32 * kTriangles);
+  EXPECT_LE(used(32 * kTriangles), 32 * kTriangles);
 }
 
 }  // namespace

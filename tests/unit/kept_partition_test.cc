@@ -194,8 +194,8 @@ void TheBudgetIsNeverExceeded() {
   EXPECT_LT(least, 6 * kTriangles);
   size_t last_nodes = 0;
   for (const size_t budget :
-       {size_t{0}, least - 1, least, least + 100, least + 3000, least + 5000, least + 8000,
-        least + 12000, 6 * kTriangles, 7 * kTriangles, 16 * kTriangles}) {
+       {size_t{0}, least - 1, least, least + 100, least + 3000, least + 5000, 6 * kTriangles,
+        least + 8000, least + 12000, 7 * kTriangles, 16 * kTriangles}) {
     SCOPED_TRACE(budget);
     Kept kept({mesh}, budget);
     EXPECT_LE(kept.partition.BytesReserved(), std::max(least, budget));

@@ -323,7 +323,7 @@ TEST_P(KeptTraceTest, BudgetsAreKept) {
     Keep keep;
     std::size_t most;
   };
-  const Case cases[] = {{kDefaultBudget, Keep::kByBudget, 32 * kTriangles},
+  const Case cases[] = {{kDefaultBudget, Keep::kByBudget, 64 * kTriangles + 64 * 1024},
                         {kDefaultBudget, Keep::kLittle, 8 * kTriangles},
                         {kUnlimitedBudget, Keep::kLittle, 8 * kTriangles},
                         {500000, Keep::kByBudget, 500000},

@@ -37,7 +37,8 @@ class Leaf {
       order.push_back(table.Number(name.geometry, name.primitive));
     }
     order.back() |= KeptOrder::kLastOfLeaf;
-    bytes = MakeLeaf(table, order.data(), first, kLeafLanes, shared, memory_.data()).bytes;
+    const LeafItems items = FindItems(table, order.data(), first, kLeafLanes);
+    bytes = MakeLeaf(table, items, first, shared, memory_.data()).bytes;
   }
 
   std::vector<const LeafBlock*> Blocks() const {
@@ -410,7 +411,8 @@ TEST(MakeLeafTest, EndsAtTheMarkOrAtTheMost) {
   for (uint32_t i = 0; i < 20; ++i) order[i] = i;
   alignas(64) std::byte blocks[kMostLeafBytes];
   const auto lanes = [&](uint32_t first, std::size_t most) {
-    MakeLeaf(table, order.data(), first, most, SharedVertices::kRepeat, blocks);
+    const LeafItems items = FindItems(table, order.data(), first, most);
+    MakeLeaf(table, items, first, SharedVertices::kRepeat, blocks);
     return std::size_t{reinterpret_cast<const LeafBlock*>(blocks)->lanes};
   };
   for (std::size_t most = 1; most <= kLeafLanes; ++most) EXPECT_EQ(lanes(2, most), most);

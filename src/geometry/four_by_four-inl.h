@@ -1,0 +1,47 @@
+// Four rows of four values as four columns.
+
+#if defined(DACRT_GEOMETRY_FOUR_BY_FOUR_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DACRT_GEOMETRY_FOUR_BY_FOUR_INL_H_
+#undef DACRT_GEOMETRY_FOUR_BY_FOUR_INL_H_
+#else
+#define DACRT_GEOMETRY_FOUR_BY_FOUR_INL_H_
+#endif
+
+#include "geometry/corner-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace dacrt {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET != HWY_SCALAR
+/// Of vectors with eight lanes, two such side by side.
+template <class Tag>
+struct FourByFour {
+  hn::Vec<Tag> v[4];
+
+  HWY_INLINE void Transpose() {
+    const Tag d;
+    const auto xy01 = hn::InterleaveLower(d, v[0], v[1]), xy23 = hn::InterleaveLower(d, v[2], v[3]);
+    const auto zw01 = hn::InterleaveUpper(d, v[0], v[1]), zw23 = hn::InterleaveUpper(d, v[2], v[3]);
+    const hn::Repartition<uint64_t, Tag> pairs;
+    const auto lower = [&](auto a, auto b) HWY_ATTR {
+      return hn::BitCast(d,
+                         hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+    };
+    const auto upper = [&](auto a, auto b) HWY_ATTR {
+      return hn::BitCast(d,
+                         hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+    };
+    v[0] = lower(xy01, xy23);
+    v[1] = upper(xy01, xy23);
+    v[2] = lower(zw01, zw23);
+    v[3] = upper(zw01, zw23);
+  }
+};
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace dacrt
+HWY_AFTER_NAMESPACE();
+
+#endif  // DACRT_GEOMETRY_FOUR_BY_FOUR_INL_H_
