@@ -309,10 +309,16 @@ class FacetTest {
     const ChildWord other_leaf(ray.hit);
     constexpr uint32_t kWhose = RayRecord::kInLeaf | RayRecord::kOfOuter;
     if ((ray.state & kWhose) == RayRecord::kInLeaf && other_leaf.IsBlock()) {
-      // Names tell nearly always, and cost less than the hits.
+      // Names tell nearly always, and cost less than the hits; numbers in their place, less again.
+      const LeafBlock& other_block = FacetsOf(task_, other_leaf);
+      const size_t other_lane = ray.state >> RayRecord::kLaneShift;
+      if (task_.scene.geometries.all_fill_one_lane()) {
+        const uint32_t* const order = task_.partition.order;
+        return KeptOrder::NumberOf(order[block_.PlaceOf(block_lane)]) <
+               KeptOrder::NumberOf(order[other_block.PlaceOf(other_lane)]);
+      }
       const GeometryTable::Name own = NameOfLane(task_, block_, block_lane);
-      const GeometryTable::Name other =
-          NameOfLane(task_, FacetsOf(task_, other_leaf), ray.state >> RayRecord::kLaneShift);
+      const GeometryTable::Name other = NameOfLane(task_, other_block, other_lane);
       if (own.geometry != other.geometry) return own.geometry < other.geometry;
       if (task_.scene.geometries.shapes()[own.geometry].shape != Shape::kGrids &&
           own.primitive != other.primitive) {

@@ -79,6 +79,21 @@ class LoneHit {
                       part_ * kPartLanes + lane);
   }
 
+  /// The same, of a scene in which each item fills one lane: names compare as these do.
+  HWY_INLINE uint32_t NumberOf(size_t lane) const {
+    const size_t place = block_->PlaceOf(part_ * kPartLanes + lane);
+    return KeptOrder::NumberOf(scene_->kept->triangles()[place]);
+  }
+  uint32_t number() const { return NumberOf(lane_); }
+
+  /// Whether it is among the triangles of a leaf of this scene, in this instance.
+  bool IsIn(const SceneParts& scene, uint32_t instance_id) const {
+    return block_ != nullptr && scene_ == &scene && instance_id_ == instance_id;
+  }
+
+  /// Another lane of the triangles that were kept last.
+  void SetLane(size_t lane) { lane_ = lane; }
+
   /// The geometry that was hit, of the scene in which it stands.
   uint32_t geometry() const { return block_ != nullptr ? NameOf(lane_).geometry : geometry_; }
 
@@ -117,10 +132,22 @@ class LoneCandidates {
     return nearest;
   }
 
+  /// Any lane, which is none of them any more.
+  HWY_INLINE size_t TakeAny() {
+    const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes_);
+    lanes_ &= lanes_ - 1;
+    return lane;
+  }
+
   float key(size_t lane) const { return keys_[lane]; }
   bool within_limit(size_t lane) const { return (within_limit_ >> lane & 1) != 0; }
   uint32_t geometry(size_t lane) const { return hits_.NameOf(lane).geometry; }
+  uint32_t number(size_t lane) const { return hits_.NumberOf(lane); }
   HWY_INLINE FullHit Hit(size_t lane) const { return hits_.OfLane(lane); }
+  void CopyHit(size_t lane, LoneHit& hit) const {
+    hit = hits_;
+    hit.SetLane(lane);
+  }
 
  private:
   LoneHit hits_;

@@ -202,9 +202,10 @@ class LoneTracer {
   /// Offers the ray the candidates, where names, masks or filter functions decide.
   HWY_INLINE WalkStep TakeAsking() {
     LoneCandidates& candidates = call_.candidates;
-    // Near ones first, because a filter function may end the ray, and counts what it sees.
+    const bool has_filters = scene_.geometries.shapes().has_filters();
     while (!candidates.is_empty()) {
-      const size_t lane = candidates.TakeNearest();
+      // Near ones first, because a filter function may end the ray, and counts what it sees.
+      const size_t lane = has_filters ? candidates.TakeNearest() : candidates.TakeAny();
       const uint32_t geometry = candidates.geometry(lane);
       if (!Accepts(geometry)) continue;
       const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
@@ -220,21 +221,30 @@ class LoneTracer {
       float key = candidates.key(lane);
       const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
       if (closeness == Closeness::kFarther) continue;
-      FullHit hit = candidates.Hit(lane);
-      if (closeness == Closeness::kEqual &&
-          !ComesFirst({hit, geometry}, {call_.hit.Get(), call_.hit.geometry()},
-                      call_.packet.instance_value)) {
-        continue;
-      }
+      if (closeness == Closeness::kEqual && !ComesFirst(lane)) continue;
       if (filter) {
+        FullHit hit = candidates.Hit(lane);
         const float t = hit.t;
         if (!PassesFilter(filter, hit)) continue;
         if (hit.t != t) key = hit.t;
+        call_.hit.Set(hit, geometry);
+      } else {
+        candidates.CopyHit(lane, call_.hit);
       }
       SetHit(ray_, key, 0, 0);
-      call_.hit.Set(hit, geometry);
     }
     return WalkStep::kNext;
+  }
+
+  /// Whether a candidate comes before the hit by name.
+  HWY_INLINE bool ComesFirst(size_t lane) const {
+    const LoneCandidates& candidates = call_.candidates;
+    if (scene_.geometries.all_fill_one_lane() && call_.hit.IsIn(scene_, instance_id_)) {
+      return candidates.number(lane) < call_.hit.number();
+    }
+    const FullHit hit = candidates.Hit(lane), other = call_.hit.Get();
+    return dacrt::ComesFirst({hit, candidates.geometry(lane)}, {other, call_.hit.geometry()},
+                             call_.packet.instance_value);
   }
 
   HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
