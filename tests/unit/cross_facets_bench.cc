@@ -33,7 +33,8 @@ struct LeafAndRays {
     std::vector<uint32_t> order;
     for (uint32_t i = 0; i < 8; ++i) order.push_back(table.Number(0, i));
     order.back() |= KeptOrder::kLastOfLeaf;
-    MakeLeaf(table, order.data(), 0, kLeafLanes, SharedVertices::kFind, blocks.data());
+    const LeafItems items = FindItems(table, order.data(), 0, kLeafLanes);
+    MakeLeaf(table, items, 0, SharedVertices::kFind, blocks.data());
     for (size_t i = 0; i < kRays; ++i) {
       const unit::Float3 org = random.InCube(-1, 1), to = random.InCube(-1, 1);
       RayRecord ray{};
