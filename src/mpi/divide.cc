@@ -89,7 +89,8 @@ std::unique_ptr<GroupScene> DividedGroup::Commit(const LocalScene& local,
   members_.Together([&] {
     summaries = members_.Gather(PartSummary{local.bounds, has_callbacks, local.instruction_set});
   });
-  DividedParts parts{next_scene_++, {}, false, KeyBounds(geometries)};
+  std::vector<Bounds> bounds;
+  bool any_has_callbacks = false;
   for (const PartSummary& summary : summaries) {
     if (summary.instruction_set != local.instruction_set) {
       throw Error(Error::Kind::kArgument, "Commit", "instruction_set",
@@ -97,10 +98,12 @@ std::unique_ptr<GroupScene> DividedGroup::Commit(const LocalScene& local,
                   "ranks use different ones, and would find different hits: limit all to one, "
                   "with isa");
     }
-    parts.bounds.push_back(summary.bounds);
-    parts.has_callbacks |= summary.has_callbacks != 0;
+    bounds.push_back(summary.bounds);
+    any_has_callbacks |= summary.has_callbacks != 0;
   }
-  return std::make_unique<DividedScene>(shared_from_this(), local, std::move(parts));
+  return std::make_unique<DividedScene>(
+      shared_from_this(), local,
+      DividedParts{next_scene_++, RouteBoxes(bounds), any_has_callbacks, KeyBounds(geometries)});
 }
 
 }  // namespace

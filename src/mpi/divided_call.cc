@@ -41,7 +41,8 @@ DividedCall::DividedCall(Members& members, const LocalScene& local, const Divide
       options_(options),
       traffic_(traffic),
       tag_(call % 2 ? kTagRaysOdd : kTagRays),
-      buckets_(parts.bounds.size() * RecordKind::kKinds) {}
+      route_(parts.boxes),
+      buckets_(parts.boxes.size() * RecordKind::kKinds) {}
 
 void DividedCall::Run() {
   Idle idle;
@@ -144,8 +145,9 @@ void DividedCall::SendOwnRays() {
   const std::size_t end = std::min(rays_.count, next_own_ + bundle_rays_);
   for (; next_own_ < end; ++next_own_) {
     const TravellingRay ray = FromView(rays_, next_own_, static_cast<uint32_t>(link_.rank()));
-    Dispatch(ray, KindOf(ray, parts_.has_callbacks),
-             NextRank(parts_.bounds, ray.route(), link_.rank(), kNew));
+    const RouteRay route = ray.route();
+    route_.Set(route, link_.rank());
+    Dispatch(ray, KindOf(ray, parts_.has_callbacks), route_.Next(route.limit, kNew));
   }
 }
 
@@ -154,23 +156,23 @@ void DividedCall::TraceBundle(const Message& bundle) {
   const auto head = reader.Take<BundleHead>();
   RecordKind kind = RecordKind::FromBits(head.kind);
   const std::byte* const records = reader.Take(head.count * kind.bytes());
-  std::vector<Visitor> visitors(head.count);
+  if (visitors_.size() < head.count) visitors_.resize(head.count);
+  const std::span<Visitor> visitors(visitors_.data(), head.count);
   for (std::size_t i = 0; i < visitors.size(); ++i) {
     Visitor& visitor = visitors[i];
     visitor.ray = GetRay(records + i * kind.bytes(), kind);
-    visitor.found = kNoHit;
+    visitor.found_primitive = visitor.found_geometry = visitor.found_instance = UINT32_MAX;
     visitor.ends_here = false;
-    // A hit at the same distance as that which it carries may be the one that counts.
-    visitor.found.t = std::min(visitor.ray.tfar, std::nextafter(visitor.ray.key, kInfinity));
+    visitor.found_t = std::exchange(visitor.ray.tfar, visitor.ray.FindableTo());
   }
   Trace(visitors);
   for (Visitor& visitor : visitors) {
     TravellingRay& ray = visitor.ray;
     const int next = NextOf(visitor);
-    if (visitor.found.primitive_id != UINT32_MAX &&
+    if (visitor.has_found() &&
         (visitor.found_key < ray.key ||
-         (visitor.found_key == ray.key && NameOf(visitor.found) < NameOf(ray.hit)))) {
-      ray.hit = visitor.found;
+         (visitor.found_key == ray.key && NameOf(visitor.found()) < NameOf(ray.hit)))) {
+      ray.hit = visitor.found();
       ray.key = visitor.found_key;
     }
     kind.has_hit = ray.has_hit();
@@ -178,18 +180,19 @@ void DividedCall::TraceBundle(const Message& bundle) {
   }
 }
 
-int DividedCall::NextOf(const Visitor& visitor) const {
+int DividedCall::NextOf(const Visitor& visitor) {
   if (visitor.ends_here) return kNowhere;
   RouteRay route = visitor.ray.route();
-  if (visitor.found.primitive_id != UINT32_MAX) {
+  if (visitor.has_found()) {
     // One that is occluded goes home.
     if (query_ == Query::kAny) return kNowhere;
     route.limit = std::min(route.limit, visitor.found_key);
   }
-  return NextRank(parts_.bounds, route, static_cast<int>(visitor.ray.home), link_.rank());
+  route_.Set(route, static_cast<int>(visitor.ray.home));
+  return route_.Next(route.limit, link_.rank());
 }
 
-void DividedCall::Trace(std::vector<Visitor>& visitors) {
+void DividedCall::Trace(std::span<Visitor> visitors) {
   const Clock::time_point start = Clock::now();
   Visitor& first = visitors[0];
   const auto at = [](auto& value) { return reinterpret_cast<RayView::Component>(&value); };
@@ -201,51 +204,50 @@ void DividedCall::Trace(std::vector<Visitor>& visitors) {
   view.dir_x = at(ray.dir[0]), view.dir_y = at(ray.dir[1]), view.dir_z = at(ray.dir[2]);
   view.tnear = at(ray.tnear), view.mask = at(ray.mask), view.time = at(ray.time);
   view.id = at(ray.id), view.flags = at(ray.flags);
-  HitRecord& hit = first.found;
-  view.tfar = at(hit.t);
+  view.tfar = at(ray.tfar);
   if (query_ == Query::kClosest) {
-    view.ng_x = at(hit.ng[0]), view.ng_y = at(hit.ng[1]), view.ng_z = at(hit.ng[2]);
-    view.u = at(hit.u), view.v = at(hit.v);
-    view.primitive_id = at(hit.primitive_id);
-    view.geometry_id = at(hit.geometry_id);
-    view.instance_id = at(hit.instance_id);
+    view.ng_x = at(first.found_ng[0]), view.ng_y = at(first.found_ng[1]);
+    view.ng_z = at(first.found_ng[2]);
+    view.u = at(first.found_u), view.v = at(first.found_v);
+    view.primitive_id = at(first.found_primitive);
+    view.geometry_id = at(first.found_geometry);
+    view.instance_id = at(first.found_instance);
   }
   local_.trace(query_, view, options_);
   if (query_ == Query::kClosest) {
     FindKeysOf(visitors);
   } else {
     for (Visitor& visitor : visitors) {
-      if (visitor.found.t == -kInfinity) visitor.found.primitive_id = 0;
+      std::swap(visitor.ray.tfar, visitor.found_t);
+      if (visitor.found_t == -kInfinity) visitor.found_primitive = 0;
     }
   }
   traffic_.rays_traced += visitors.size();
   traffic_.seconds_tracing += SecondsSince(start);
 }
 
-bool DividedCall::GoesNoFarther(const TravellingRay& ray, const HitRecord& found) const {
-  const auto is_last = [&](const RouteRay& route) {
-    return NextRank(parts_.bounds, route, static_cast<int>(ray.home), link_.rank()) == kNowhere;
-  };
-  RouteRay route = ray.route();
-  if (is_last(route)) return true;
-  route.limit = std::min(route.limit, parts_.key_bounds.MostOf(ray, found));
-  return is_last(route);
+bool DividedCall::GoesNoFarther(const Visitor& visitor) {
+  const RouteRay route = visitor.ray.route();
+  route_.Set(route, static_cast<int>(visitor.ray.home));
+  const auto is_last = [&](float limit) { return route_.Next(limit, link_.rank()) == kNowhere; };
+  return is_last(route.limit) ||
+         is_last(std::min(route.limit, parts_.key_bounds.MostOf(visitor.ray, visitor.found())));
 }
 
-void DividedCall::FindKeysOf(std::vector<Visitor>& visitors) {
+void DividedCall::FindKeysOf(std::span<Visitor> visitors) {
   std::vector<FoundHit> hits;
   std::vector<Visitor*> owners;
   for (Visitor& visitor : visitors) {
-    if (visitor.found.primitive_id == UINT32_MAX) continue;
-    visitor.found_key = visitor.found.t;
+    std::swap(visitor.ray.tfar, visitor.found_t);
+    if (!visitor.has_found()) continue;
+    visitor.found_key = visitor.found_t;
     // Callbacks see each candidate once.
     if (parts_.has_callbacks) continue;
     const TravellingRay& ray = visitor.ray;
     // Nobody else has a say in the hit of a ray that carries none and goes no farther.
-    visitor.ends_here = !ray.has_hit() && GoesNoFarther(ray, visitor.found);
+    visitor.ends_here = !ray.has_hit() && GoesNoFarther(visitor);
     if (visitor.ends_here) continue;
-    hits.push_back(
-        {&ray, std::min(ray.tfar, std::nextafter(ray.key, kInfinity)), visitor.found.t, 0});
+    hits.push_back({&ray, ray.FindableTo(), visitor.found_t, 0});
     owners.push_back(&visitor);
   }
   FindKeys(local_, hits);

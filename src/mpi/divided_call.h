@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -23,9 +24,9 @@ struct PartSummary {
 /// What the ranks know of a scene.
 struct DividedParts {
   uint64_t number;
-  std::vector<Bounds> bounds;  ///< of each rank's part
-  bool has_callbacks;          ///< on some rank
-  KeyBounds key_bounds;        ///< of this rank's part
+  RouteBoxes boxes;      ///< of each rank's part
+  bool has_callbacks;    ///< on some rank
+  KeyBounds key_bounds;  ///< of this rank's part
 };
 
 /// Every ray visits the ranks that it may hit something on, nearest first, and carries the closest
@@ -44,12 +45,24 @@ class DividedCall {
   void Store() const;
 
  private:
-  /// A ray that is traced here.
+  /// A ray that is traced here. The hit that is found stands behind the ray, so that both together
+  /// are a record as engines read them fastest.
   struct Visitor {
     TravellingRay ray;
-    HitRecord found;  ///< found.t is tfar before it is traced
+    float found_ng[3];
+    float found_u, found_v;
+    uint32_t found_primitive, found_geometry, found_instance;
+    float found_t;  ///< until it has been traced the ray's own tfar, and that of the record here
     float found_key;
     bool ends_here;  ///< its hit is final
+
+    bool has_found() const { return found_primitive != UINT32_MAX; }
+    HitRecord found() const {
+      return {found_t,         {found_ng[0], found_ng[1], found_ng[2]},
+              found_u,         found_v,
+              found_primitive, found_geometry,
+              found_instance};
+    }
   };
   struct Bucket {
     Message message;
@@ -66,12 +79,12 @@ class DividedCall {
   bool Work();
   void SendOwnRays();
   void TraceBundle(const Message& bundle);
-  void Trace(std::vector<Visitor>& visitors);
-  void FindKeysOf(std::vector<Visitor>& visitors);
+  void Trace(std::span<Visitor> visitors);
+  void FindKeysOf(std::span<Visitor> visitors);
   /// Whether the hit that a ray has found here is where it ends, whatever its key is.
-  bool GoesNoFarther(const TravellingRay& ray, const HitRecord& found) const;
+  bool GoesNoFarther(const Visitor& visitor);
   /// Where a ray goes from here; a hit that was found here counts.
-  int NextOf(const Visitor& visitor) const;
+  int NextOf(const Visitor& visitor);
   void Dispatch(const TravellingRay& ray, RecordKind kind, int next);
   void End(const TravellingRay& ray);
   void KeepHit(uint32_t index, const HitRecord& hit);
@@ -93,10 +106,12 @@ class DividedCall {
   Traffic& traffic_;
   const int tag_;
 
+  Route route_;
   std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that has not left
   std::size_t ended_ = 0;     ///< of these, how many go no farther
   std::deque<std::vector<IndexedHit>> own_hits_;
   std::deque<Message> work_;
+  std::vector<Visitor> visitors_;   ///< room for those of a bundle
   std::vector<Bucket> buckets_;     ///< by the rank that they go to and RecordKind::Bits
   std::map<int, Answers> answers_;  ///< by home
 };

@@ -10,12 +10,12 @@
 namespace dacrt::mpi {
 namespace {
 
-/// A ray, and the question whether it hits something up to `tfar`.
+/// A ray, and the question whether it hits something up to `tfar`; in the order of PacketComponent.
 struct Probe {
-  float org[3], dir[3];
-  float tnear, tfar;
+  float org[3], tnear;
+  float dir[3], time;
+  float tfar;
   uint32_t mask;
-  float time;
 };
 
 RayView ViewOf(std::vector<Probe>& probes) {
@@ -40,11 +40,11 @@ std::vector<bool> HitsWithin(const LocalScene& local, std::span<FoundHit* const>
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const TravellingRay& ray = *hits[i]->ray;
     probes.push_back({{ray.org[0], ray.org[1], ray.org[2]},
-                      {ray.dir[0], ray.dir[1], ray.dir[2]},
                       ray.tnear,
+                      {ray.dir[0], ray.dir[1], ray.dir[2]},
+                      ray.time,
                       tfar(i),
-                      ray.mask,
-                      ray.time});
+                      ray.mask});
   }
   if (!probes.empty()) local.trace(Query::kAny, ViewOf(probes), {});
   std::vector<bool> does_hit;

@@ -10,13 +10,16 @@ namespace {
 /// for both directions.
 template <class Ray, class Copy>
 void ForEachPart(Ray& ray, const RecordKind& kind, const Copy& copy) {
-  copy(&ray.org, 40);  // to index
+  copy(&ray.org, 28);  // to dir
+  copy(&ray.tfar, 4);
+  copy(&ray.home, 8);  // and index
   if (kind.has_mask) copy(&ray.mask, 4);
   if (kind.has_time) copy(&ray.time, 4);
   if (kind.for_callbacks) copy(&ray.id, 8);
   if (kind.has_hit) copy(&ray.key, 40);
 }
-static_assert(offsetof(TravellingRay, mask) == 40);
+static_assert(offsetof(TravellingRay, time) == offsetof(TravellingRay, org) + 28);
+static_assert(offsetof(TravellingRay, index) == offsetof(TravellingRay, home) + 4);
 static_assert(offsetof(TravellingRay, flags) == offsetof(TravellingRay, id) + 4);
 static_assert(offsetof(TravellingRay, hit) == offsetof(TravellingRay, key) + 4);
 
@@ -45,12 +48,13 @@ TravellingRay FromView(const RayView& rays, std::size_t i, uint32_t home) {
   const auto real = [&](RayView::Component component) {
     return std::bit_cast<float>(read(component, 0));
   };
-  TravellingRay ray{{real(rays.org_x), real(rays.org_y), real(rays.org_z)},
-                    {real(rays.dir_x), real(rays.dir_y), real(rays.dir_z)},
-                    real(rays.tnear),
-                    real(rays.tfar),
-                    home,
-                    static_cast<uint32_t>(i)};
+  TravellingRay ray;
+  ray.home = home;
+  ray.index = static_cast<uint32_t>(i);
+  ray.org[0] = real(rays.org_x), ray.org[1] = real(rays.org_y), ray.org[2] = real(rays.org_z);
+  ray.dir[0] = real(rays.dir_x), ray.dir[1] = real(rays.dir_y), ray.dir[2] = real(rays.dir_z);
+  ray.tnear = real(rays.tnear);
+  ray.tfar = real(rays.tfar);
   ray.mask = read(rays.mask, UINT32_MAX);
   ray.time = real(rays.time);
   ray.id = read(rays.id, UINT32_MAX);

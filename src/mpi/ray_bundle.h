@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -18,19 +19,25 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A ray, whose it is, and the closest hit that it carries.
 struct TravellingRay {
-  float org[3], dir[3];
-  float tnear, tfar;
-  uint32_t home;   ///< the rank
-  uint32_t index;  ///< in that rank's call
-  uint32_t mask = UINT32_MAX;
-  float time = 0;
-  uint32_t id = UINT32_MAX, flags = UINT32_MAX;  ///< for callbacks
-  float key = kInfinity;                         ///< of the hit, see hit_key.h
+  uint32_t home;          ///< the rank
+  uint32_t index;         ///< in that rank's call
+  float key = kInfinity;  ///< of the hit, see hit_key.h
   HitRecord hit{0, {0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX};
+
+  // In the order of PacketComponent, to its end.
+  float org[3], tnear;
+  float dir[3], time = 0;
+  float tfar;
+  uint32_t mask = UINT32_MAX;
+  uint32_t id = UINT32_MAX, flags = UINT32_MAX;  ///< for callbacks
 
   bool has_hit() const { return hit.primitive_id != UINT32_MAX; }
 
-  /// For NextRank: a hit at the same distance may still win, a farther one not.
+  /// Up to where hits are looked for: one at the same distance as that which it carries may be the
+  /// one that counts.
+  float FindableTo() const { return std::min(tfar, std::nextafter(key, kInfinity)); }
+
+  /// For Route: a hit at the same distance may still win, a farther one not.
   RouteRay route() const {
     return {{org[0], org[1], org[2]}, {dir[0], dir[1], dir[2]}, tnear, std::min(tfar, key)};
   }

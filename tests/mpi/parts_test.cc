@@ -212,12 +212,15 @@ std::vector<Bounds> Row(int count) {
 }
 
 std::vector<int> RouteOf(const std::vector<Bounds>& boxes, const RouteRay& ray, int home) {
-  std::vector<int> route;
-  for (int rank = kNew; (rank = NextRank(boxes, ray, home, rank)) != kNowhere;) {
-    route.push_back(rank);
-    if (route.size() > boxes.size()) break;
+  std::vector<int> ranks;
+  const RouteBoxes route_boxes(boxes);
+  Route route(route_boxes);
+  route.Set(ray, home);
+  for (int rank = kNew; (rank = route.Next(ray.limit, rank)) != kNowhere;) {
+    ranks.push_back(rank);
+    if (ranks.size() > boxes.size()) break;
   }
-  return route;
+  return ranks;
 }
 
 TEST(Routes, GoToWhatIsEnteredNearestFirst) {

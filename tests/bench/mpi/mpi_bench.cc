@@ -29,6 +29,7 @@ struct Options {
   int repeat = 7;
   uint32_t piece_rays = 65536;
   float longest = 1;
+  int axis = -1;  ///< of the first cut in two; the longest if negative
 };
 
 /// Waits for all without keeping the processor busy: another rank may be measured on it.
@@ -278,9 +279,9 @@ void CutLongTriangles(scenes::Mesh& mesh, float most) {
   }
 }
 
-/// The triangles of one rank: a part of the scene that a cut along its longest axis, then along the
-/// next, leaves. As many triangles for each.
-std::vector<uint32_t> PartOf(const BenchScene& scene, int rank, int ranks) {
+/// The triangles of one rank: a part of the scene that a cut along `axis` or its longest axis, then
+/// along the next, leaves. As many triangles for each.
+std::vector<uint32_t> PartOf(const BenchScene& scene, int first_axis, int rank, int ranks) {
   const std::vector<float>& positions = scene.mesh.positions;
   const std::vector<uint32_t>& indices = scene.mesh.indices;
   std::vector<uint32_t> triangles(scene.TriangleCount());
@@ -303,6 +304,7 @@ std::vector<uint32_t> PartOf(const BenchScene& scene, int rank, int ranks) {
       const float extent = centre(*high, axis) - centre(*low, axis);
       if (extent > length) longest = axis, length = extent;
     }
+    if (left == ranks && first_axis >= 0) longest = first_axis;
     const int half = left / 2;
     const auto cut =
         triangles.begin() + static_cast<std::ptrdiff_t>(triangles.size() * half / left);
@@ -331,7 +333,7 @@ void Divide(const Options& options, const BenchScene& scene, RayBuffer& all_rays
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   const MPI_Comm communicator = OwnCommunicator();
   const ProcessorClock clock;
-  const std::vector<uint32_t> indices = PartOf(scene, rank, ranks);
+  const std::vector<uint32_t> indices = PartOf(scene, options.axis, rank, ranks);
   TriangleMesh part = scene.AsTriangleMesh();
   part.triangles = indices.data();
   part.triangle_count = indices.size() / 3;
@@ -378,11 +380,13 @@ void Divide(const Options& options, const BenchScene& scene, RayBuffer& all_rays
   const double messages = Sum(static_cast<double>(traffic.messages_sent));
   const double tracing = Sum(traffic.seconds_tracing), moving = Sum(traffic.seconds_moving);
   const double waiting = Sum(traffic.seconds_waiting);
+  const double most_visits = Largest(static_cast<double>(traffic.rays_traced));
   if (rank > 0) return;
   const double rays = static_cast<double>(count);
   PrintTimes("divide", ranks, rays, of_one, of_all, best);
   std::printf("a ray: %.2f ranks trace it, %.2f hops, %.1f bytes; %.0f messages a call\n",
               visits / rays, hops / rays, bytes / rays, messages);
+  std::printf("the busiest rank traces %.2f of its share\n", most_visits * ranks / visits);
   std::printf("all ranks: tracing %.3f s, moving %.3f s, waiting %.3f s\n", tracing, moving,
               waiting);
   if (ranks == 1) return;
@@ -411,6 +415,8 @@ int Run(int argc, char** argv) {
   app.add_option("--piece", options.piece_rays, "rays a message");
   app.add_option("--longest", options.longest,
                  "triangles are cut to at most this; 0: they are not");
+  app.add_option("--axis", options.axis, "of the first cut between ranks; -1: the longest")
+      ->check(CLI::Range(-1, 2));
   if (!ParseCommandLine(app, argc, argv)) return kSuccess;
   const RayKind* const kind = FindRayKind(options.kind);
   if (!kind) throw UsageError("--kind: there is no " + options.kind);
