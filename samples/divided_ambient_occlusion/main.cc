@@ -169,7 +169,8 @@ std::vector<float> Collect(const std::vector<float>& rows) {
   return picture;
 }
 
-void Run(int argc, char** argv) {
+/// What the program ends with: 0, or 2 if the command line is wrong.
+int Run(int argc, char** argv) {
   Options options;
   CLI::App app("Draws a hall of which every MPI rank holds a slice.");
   app.add_option("--triangles", options.triangles, "of the whole hall")->capture_default_str();
@@ -178,28 +179,39 @@ void Run(int argc, char** argv) {
   app.add_option("--ao-samples", options.ao_samples, "occlusion rays a pixel")
       ->capture_default_str();
   app.add_option("-o,--output", options.output, "the picture")->capture_default_str();
-  app.parse(argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& end) {
+    // All ranks have the same command line, and one of them talks about it.
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (rank == 0) app.exit(end);
+    return end.get_exit_code() == 0 ? 0 : 2;
+  }
   MPI_Comm communicator;
   MPI_Comm_dup(MPI_COMM_WORLD, &communicator);
   Rank rank(options, communicator);
   std::vector<float> picture = Collect(rank.Draw());
   rank.Report();
-  if (picture.empty()) return;
-  ao::ImageFile(options.output).Write({options.width, options.height, std::move(picture)});
+  if (!picture.empty()) {
+    ao::ImageFile(options.output).Write({options.width, options.height, std::move(picture)});
+  }
+  return 0;
 }
 
 }  // namespace
 }  // namespace divided
 
 int main(int argc, char** argv) {
-  int level;
+  int level, code = 1;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &level);
   try {
-    divided::Run(argc, argv);
+    code = divided::Run(argc, argv);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "divided_ambient_occlusion: %s\n", error.what());
     // The other ranks may be waiting for this one.
     MPI_Abort(MPI_COMM_WORLD, 1);
   }
   MPI_Finalize();
+  return code;
 }
