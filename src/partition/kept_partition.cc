@@ -110,7 +110,8 @@ KeptPartition::KeptPartition(const KeptPartition& other)
       leaf_lanes_(other.leaf_lanes_),
       is_short_lived_(other.is_short_lived_),
       subset_count_(other.subset_count_.load()),
-      lost_bytes_(other.lost_bytes_.load()) {
+      lost_bytes_(other.lost_bytes_.load()),
+      goes_backwards_(other.goes_backwards_.load()) {
   const std::byte* const begin = other.memory_.data();
   const std::byte* const end = begin + other.memory_.bytes();
   const auto* const nodes_end = reinterpret_cast<const std::byte*>(other.nodes_ + NodesUsed());

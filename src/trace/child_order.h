@@ -8,29 +8,33 @@
 // What any-hit rays find does not depend on it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 namespace dacrt {
 
-enum class ChildOrder : uint8_t { kAsStored, kNearestFirst, kFarthestFirst };
+enum class ChildOrder : uint8_t { kAsStored, kNearestFirst, kFarthestFirst, kBackwards };
 
 class LearntOrder {
  public:
-  static constexpr uint32_t kOrders = 3;
+  static constexpr uint32_t kMostOrders = 3;
 
-  /// Each order gets `trials` of every `period` batches.
-  constexpr LearntOrder(uint32_t trials, uint32_t period)
-      : trial_end_(kOrders * trials), period_(period) {}
+  /// Each of some orders gets `trials` of every `period` batches.
+  template <uint32_t kCount>
+  constexpr LearntOrder(uint32_t trials, uint32_t period, const ChildOrder (&orders)[kCount])
+      : count_(kCount), trial_end_(kCount * trials), period_(period) {
+    std::copy_n(orders, kCount, orders_);
+  }
 
-  ChildOrder best() const { return best_; }
+  ChildOrder best() const { return orders_[best_]; }
 
   /// For the next batch.
-  ChildOrder Next() const { return IsTrial() ? static_cast<ChildOrder>(done_ % kOrders) : best_; }
+  ChildOrder Next() const { return orders_[IsTrial() ? done_ % count_ : best_]; }
 
   /// What that batch has cost.
   void Count(uint64_t cost) {
-    if (IsTrial()) costs_[done_ % kOrders] += cost;
+    if (IsTrial()) costs_[done_ % count_] += cost;
     if (++done_ == trial_end_) Decide();
     if (done_ == period_) done_ = 0;
   }
@@ -39,25 +43,34 @@ class LearntOrder {
   bool IsTrial() const { return done_ < trial_end_; }
 
   void Decide() {
-    best_ = ChildOrder::kAsStored;
-    for (uint32_t i = 1; i < kOrders; ++i) {
-      if (costs_[i] < costs_[static_cast<uint32_t>(best_)]) best_ = static_cast<ChildOrder>(i);
+    best_ = 0;
+    for (uint32_t i = 1; i < count_; ++i) {
+      if (costs_[i] < costs_[best_]) best_ = i;
     }
     // What was seen before counts half as much the next time.
     for (uint64_t& cost : costs_) cost /= 2;
   }
 
+  ChildOrder orders_[kMostOrders] = {};
+  uint32_t count_;
   uint32_t trial_end_;
   uint32_t period_;
   uint32_t done_ = 0;
-  uint64_t costs_[kOrders] = {};
-  ChildOrder best_ = ChildOrder::kAsStored;
+  uint64_t costs_[kMostOrders] = {};
+  uint32_t best_ = 0;
 };
+
+/// What lists and groups may choose from; single rays, for which distances would have to be stored;
+/// the simplest first.
+inline constexpr ChildOrder kOrdersOfMany[] = {ChildOrder::kAsStored, ChildOrder::kNearestFirst,
+                                               ChildOrder::kFarthestFirst};
+inline constexpr ChildOrder kOrdersOfLone[] = {ChildOrder::kAsStored, ChildOrder::kBackwards};
 
 /// What a thread has learnt about a scene.
 struct LearntOrders {
-  LearntOrder of_groups{8, 2048};  ///< costs are visits
-  LearntOrder of_pieces{1, 64};    ///< costs are box tests a ray
+  LearntOrder of_groups{8, 2048, kOrdersOfMany};  ///< costs are visits
+  LearntOrder of_pieces{1, 64, kOrdersOfMany};    ///< costs are box tests a ray
+  LearntOrder of_lone{32, 64, kOrdersOfLone};     ///< of some rays; costs are visits
 };
 
 /// Those of the calling thread for a scene that it asks for by an address: calls are often smaller

@@ -24,6 +24,8 @@ struct OpenChildren {
   float distance[kMost];
   uint32_t word[kMost];
   size_t count = 0;
+  uint32_t visits = 0;          ///< where any hit will do, of children
+  bool goes_backwards = false;  ///< there, from the last of a node's children on
 
   HWY_INLINE void Push(float d, ChildWord child) {
     distance[count] = d;
@@ -64,6 +66,7 @@ struct OpenChildren {
   /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
   template <Query kQuery>
   HWY_INLINE bool Next(float tfar, ChildWord& next) {
+    if constexpr (kQuery == Query::kAny) ++visits;
     // Where any hit will do there are no distances.
     do {
       if (count == 0) return false;
@@ -73,11 +76,13 @@ struct OpenChildren {
     return true;
   }
 
-  /// The first of them; the others are open then, in their order.
+  /// The first of them in the order of a walk; the others are open then.
   HWY_INLINE ChildWord First(const PartitionView& partition, const WideNode& node,
                              uint32_t entered) {
+    ++visits;
     for (;;) {
-      const size_t last = 31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(entered);
+      const size_t last = goes_backwards ? hwy::Num0BitsBelowLS1Bit_Nonzero32(entered)
+                                         : 31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(entered);
       const ChildWord child = node.Child(last);
       entered ^= 1u << last;
       if (entered == 0) return child;

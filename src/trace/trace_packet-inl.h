@@ -35,13 +35,48 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   }
 }
 
-/// The lanes of a packet as one group.
+/// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
+/// group.
+template <Query kQuery>
+HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacketRays>& lanes,
+                               LaneMask active) {
+  const size_t count = hwy::PopCount(active);
+  if (count <= policy::kFewRays) return true;
+  if (scene.is_small) {
+    return kQuery == Query::kClosest && count <= policy::kFewInSmallScene;
+  }
+  uint32_t octant;
+  return count <= policy::kFewApart && lanes.LanesOfOctant(active, octant) != active;
+}
+
+template <Query kQuery>
+HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet,
+                                const CallOptions& options, WorkspacePool& pool,
+                                const GroupLanes<kPacketRays>& lanes, LaneMask active) {
+  ForEachLane(active, [&](size_t lane) {
+    RayRecord ray;
+    lanes.Store(lane, ray);
+    LoneCall call(packet, options, pool, !scene.geometries.AllAccept(ray.mask));
+    TraceLone<kQuery>(call, scene, packet.instance_value, ray);
+    const auto place = static_cast<uint32_t>(lane);
+    if constexpr (kQuery == Query::kAny) {
+      if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, place);
+    } else if (ray.state & RayRecord::kHasHit) {
+      RecordLayout::WriteLane(packet, place, call.hit.Get());
+    }
+  });
+}
+
+/// The lanes of a packet, as one group or one by one.
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                 WorkspacePool& pool) {
   GroupLanes<kPacketRays> lanes;
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
+  if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
+    return TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
+  }
   StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);

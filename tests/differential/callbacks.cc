@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace dacrt::tests {
 namespace {
@@ -74,7 +75,9 @@ struct Crossings {
   int count = 0;
 };
 
-Crossings Cross(const Sphere& sphere, RTCRayN* rays, uint32_t width, uint32_t lane) {
+/// `wins_ties` says whether one at tfar counts.
+Crossings Cross(const Sphere& sphere, RTCRayN* rays, uint32_t width, uint32_t lane,
+                bool wins_ties) {
   const Double3 origin{RTCRayN_org_x(rays, width, lane), RTCRayN_org_y(rays, width, lane),
                        RTCRayN_org_z(rays, width, lane)};
   const Double3 direction{RTCRayN_dir_x(rays, width, lane), RTCRayN_dir_y(rays, width, lane),
@@ -91,7 +94,8 @@ Crossings Cross(const Sphere& sphere, RTCRayN* rays, uint32_t width, uint32_t la
     const auto t = static_cast<float>(middle + along);
     crossings.t[crossings.count] = t;
     crossings.normal[crossings.count] = Float3(along * direction - beside);
-    if (RTCRayN_tnear(rays, width, lane) <= t && t <= RTCRayN_tfar(rays, width, lane)) {
+    const float tfar = RTCRayN_tfar(rays, width, lane);
+    if (RTCRayN_tnear(rays, width, lane) <= t && (t < tfar || (t == tfar && wins_ties))) {
       ++crossings.count;
     }
   }
@@ -126,11 +130,27 @@ struct HitPacket {
   RTCHitN* get() { return reinterpret_cast<RTCHitN*>(values); }
 };
 
+/// Whether a primitive comes before the hit that a ray has, as hits of meshes do: which of two
+/// spheres at the same distance is hit would else depend on which was asked first. There are no
+/// hits so far in any-hit queries.
+template <typename Arguments>
+bool ComesFirst(const Arguments& arguments, RTCHitN* hits, uint32_t lane) {
+  if (hits == nullptr) return true;
+  const RTCHit hit = rtcGetHitFromHitN(hits, arguments.N, lane);
+  if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return true;
+  const auto name = [](uint32_t instance, uint32_t geometry, uint32_t primitive) {
+    return std::tuple(instance == RTC_INVALID_GEOMETRY_ID ? geometry : instance, geometry,
+                      primitive);
+  };
+  return name(arguments.context->instID[0], arguments.geomID, arguments.primID) <
+         name(hit.instID[0], hit.geomID, hit.primID);
+}
+
 /// Shows the `turn`-th crossing of every ray that has one to `filter`, which is given the candidate
 /// hits, and calls `accept(lane, t, hit)` for those that it leaves valid.
 template <typename Arguments, typename FilterFunction, typename Accept>
-void OfferCrossings(const Arguments& arguments, RTCRayN* rays, FilterFunction filter,
-                    const Accept& accept) {
+void OfferCrossings(const Arguments& arguments, RTCRayN* rays, RTCHitN* so_far,
+                    FilterFunction filter, const Accept& accept) {
   const auto& data = *static_cast<const GeometryData*>(arguments.geometryUserPtr);
   const uint32_t width = arguments.N;
   CallContext& call = ContextOf(arguments.context);
@@ -144,7 +164,7 @@ void OfferCrossings(const Arguments& arguments, RTCRayN* rays, FilterFunction fi
     if (arguments.valid[i] == 0) continue;
     if (arguments.valid[i] != -1) call.fault = "valid is neither 0 nor -1";
     crossings[i] = Cross(SphereAt(*data.geometry, arguments.primID, RTCRayN_time(rays, width, i)),
-                         rays, width, i);
+                         rays, width, i, ComesFirst(arguments, so_far, i));
     is_open[i] = true;
     TraceAgain(data, rays, width, i);
   }
@@ -216,7 +236,7 @@ void IntersectUserPrimitive(const RTCIntersectFunctionNArguments* arguments) {
   RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, arguments->N);
   RTCHitN* const hits = RTCRayHitN_HitN(arguments->rayhit, arguments->N);
   OfferCrossings(
-      *arguments, rays, [](const EmbreeApi& api) { return api.rtcFilterIntersection; },
+      *arguments, rays, hits, [](const EmbreeApi& api) { return api.rtcFilterIntersection; },
       [&](uint32_t lane, RTCHitN* accepted) {
         const RTCHit hit = rtcGetHitFromHitN(accepted, arguments->N, lane);
         rtcCopyHitToHitN(hits, &hit, arguments->N, lane);
@@ -225,7 +245,8 @@ void IntersectUserPrimitive(const RTCIntersectFunctionNArguments* arguments) {
 
 void OccludeUserPrimitive(const RTCOccludedFunctionNArguments* arguments) {
   OfferCrossings(
-      *arguments, arguments->ray, [](const EmbreeApi& api) { return api.rtcFilterOcclusion; },
+      *arguments, arguments->ray, nullptr,
+      [](const EmbreeApi& api) { return api.rtcFilterOcclusion; },
       [&](uint32_t lane, RTCHitN*) {
         RTCRayN_tfar(arguments->ray, arguments->N, lane) = -kInfinity;
       });

@@ -21,32 +21,33 @@ std::vector<ChildOrder> Learn(LearntOrder& learnt, const uint64_t* costs, uint32
 }
 
 TEST(ChildOrderTest, TheCheapestOrderIsTaken) {
-  for (uint32_t cheapest = 0; cheapest < LearntOrder::kOrders; ++cheapest) {
-    uint64_t costs[] = {7, 7, 7};
-    costs[cheapest] = 5;
-    constexpr uint32_t kTrials = 4, kPeriod = 50;
-    LearntOrder learnt(kTrials, kPeriod);
-    const auto orders = Learn(learnt, costs, kPeriod);
-    const auto begin = orders.begin(), decided = begin + LearntOrder::kOrders * kTrials;
-    for (uint32_t i = 0; i < LearntOrder::kOrders; ++i) {
-      EXPECT_EQ(std::count(begin, decided, static_cast<ChildOrder>(i)), kTrials);
+  const auto expect_cheapest = [](const auto& choice) {
+    for (const ChildOrder cheapest : choice) {
+      uint64_t costs[] = {7, 7, 7, 7};
+      costs[static_cast<std::size_t>(cheapest)] = 5;
+      constexpr uint32_t kTrials = 4, kPeriod = 50;
+      LearntOrder learnt(kTrials, kPeriod, choice);
+      const auto orders = Learn(learnt, costs, kPeriod);
+      const auto begin = orders.begin(), decided = begin + std::ssize(choice) * kTrials;
+      for (const ChildOrder order : choice) EXPECT_EQ(std::count(begin, decided, order), kTrials);
+      EXPECT_EQ(std::count(decided, orders.end(), cheapest), orders.end() - decided);
+      EXPECT_EQ(learnt.best(), cheapest);
     }
-    EXPECT_EQ(std::count(decided, orders.end(), static_cast<ChildOrder>(cheapest)),
-              orders.end() - decided);
-    EXPECT_EQ(learnt.best(), static_cast<ChildOrder>(cheapest));
-  }
+  };
+  expect_cheapest(kOrdersOfMany);
+  expect_cheapest(kOrdersOfLone);
 }
 
 TEST(ChildOrderTest, OfEqualOnesTheSimplest) {
   const uint64_t costs[] = {7, 7, 7};
-  LearntOrder learnt(2, 10);
+  LearntOrder learnt(2, 10, kOrdersOfMany);
   Learn(learnt, costs, 10);
   EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
 }
 
 // Rays change, and with them what is best for them.
 TEST(ChildOrderTest, WhatWasLearntIsForgotten) {
-  LearntOrder learnt(2, 20);
+  LearntOrder learnt(2, 20, kOrdersOfMany);
   const uint64_t before[] = {9, 3, 9}, now[] = {9, 9, 3};
   Learn(learnt, before, 20 * 5);
   EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
