@@ -23,6 +23,14 @@ struct FourByFour {
     const Tag d;
     const auto xy01 = hn::InterleaveLower(d, v[0], v[1]), xy23 = hn::InterleaveLower(d, v[2], v[3]);
     const auto zw01 = hn::InterleaveUpper(d, v[0], v[1]), zw23 = hn::InterleaveUpper(d, v[2], v[3]);
+    // Four lanes as floats: moving between instructions for floats and for integers takes time.
+    if constexpr (hn::MaxLanes(Tag()) == 4) {
+      v[0] = hn::ConcatLowerLower(d, xy23, xy01);
+      v[1] = hn::ConcatUpperUpper(d, xy23, xy01);
+      v[2] = hn::ConcatLowerLower(d, zw23, zw01);
+      v[3] = hn::ConcatUpperUpper(d, zw23, zw01);
+      return;
+    }
     const hn::Repartition<uint64_t, Tag> pairs;
     const auto lower = [&](auto a, auto b) HWY_ATTR {
       return hn::BitCast(d,

@@ -34,13 +34,17 @@ HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf) {
 struct LeafRoom {
   alignas(64) std::byte blocks[kMostLeafBytes];
 };
-HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {
-  if (HWY_LIKELY(leaf.IsBlock())) return FacetsOf(task, leaf);
+/// Apart, so that the common way stays short.
+inline HWY_NOINLINE const LeafBlock& MakeFacets(const TraceTask& task, ChildWord leaf,
+                                                LeafRoom& room) {
   const GeometryTable& geometries = task.scene.geometries;
   const uint32_t first = leaf.range();
   GatherLeaf(geometries, FindItems(geometries, task.partition.order, first, kLeafLanes), first,
              room.blocks);
   return FacetsIn(reinterpret_cast<const LeafBlock*>(room.blocks));
+}
+HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {
+  return HWY_LIKELY(leaf.IsBlock()) ? FacetsOf(task, leaf) : MakeFacets(task, leaf, room);
 }
 
 /// A hit, with t, u and v as the triangle test has them.
@@ -83,11 +87,7 @@ class FinishedHitsOf {
     const ChildWord leaf(ray.hit);
     const size_t block_lane = ray.state >> RayRecord::kLaneShift;
     if (HWY_LIKELY(leaf.IsBlock())) return Add(number, ray, block_lane, FacetsOf(task_, leaf));
-    const LeafItems items =
-        FindItems(task_.scene.geometries, task_.partition.order, leaf.range(), block_lane + 1);
-    if (HWY_LIKELY(items.is_plain)) return Add(number, ray, items.names[block_lane]);
-    LeafRoom room;
-    Add(number, ray, block_lane, FacetsOf(task_, leaf, room));
+    AddFromRange(number, ray, block_lane, leaf);
   }
 
   size_t count() const { return count_; }
@@ -150,8 +150,18 @@ class FinishedHitsOf {
     AddRay(number, ray, NameOfLane(task_, block, block_lane), block.second >> block_lane & 1);
   }
 
+  /// Of a leaf that carries no geometry.
+  HWY_NOINLINE void AddFromRange(RayNumber number, const RayRecord& ray, size_t block_lane,
+                                 ChildWord leaf) {
+    const LeafItems items =
+        FindItems(task_.scene.geometries, task_.partition.order, leaf.range(), block_lane + 1);
+    if (HWY_LIKELY(items.is_plain)) return Add(number, ray, items.names[block_lane]);
+    LeafRoom room;
+    Add(number, ray, block_lane, MakeFacets(task_, leaf, room));
+  }
+
   /// A triangle that stands in the lane of its place in the leaf.
-  HWY_NOINLINE void Add(RayNumber number, const RayRecord& ray, GeometryTable::Name name) {
+  HWY_INLINE void Add(RayNumber number, const RayRecord& ray, GeometryTable::Name name) {
     Corners corners = {};
     task_.scene.geometries.ReadCorners(name.geometry, name.primitive, corners);
     for (size_t corner = 0; corner < 3; ++corner) {
