@@ -314,8 +314,8 @@ class FacetTest {
       const size_t other_lane = ray.state >> RayRecord::kLaneShift;
       if (task_.scene.geometries.all_fill_one_lane()) {
         const uint32_t* const order = task_.partition.order;
-        return KeptOrder::NumberOf(order[block_.PlaceOf(block_lane)]) <
-               KeptOrder::NumberOf(order[other_block.PlaceOf(other_lane)]);
+        return NumberOfLane(order, block_, block_lane) <
+               NumberOfLane(order, other_block, other_lane);
       }
       const GeometryTable::Name own = NameOfLane(task_, block_, block_lane);
       const GeometryTable::Name other = NameOfLane(task_, other_block, other_lane);

@@ -7,9 +7,14 @@
 
 namespace dacrt {
 
+/// Its number among all of the scene: where each item fills one lane, these compare as names do.
+inline uint32_t NumberOfLane(const uint32_t* order, const LeafBlock& block, std::size_t lane) {
+  return KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
+}
+
 inline GeometryTable::Name NameOfLane(const GeometryTable& geometries, const uint32_t* order,
                                       const LeafBlock& block, std::size_t lane) {
-  const uint32_t number = KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
+  const uint32_t number = NumberOfLane(order, block, lane);
   if (block.geometry == LeafBlock::kSeveral) return geometries.Locate(number);
   return {block.geometry, number - geometries.Number(block.geometry, 0)};
 }

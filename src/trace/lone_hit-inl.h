@@ -79,10 +79,8 @@ class LoneHit {
                       part_ * kPartLanes + lane);
   }
 
-  /// The same, of a scene in which each item fills one lane: names compare as these do.
   HWY_INLINE uint32_t NumberOf(size_t lane) const {
-    const size_t place = block_->PlaceOf(part_ * kPartLanes + lane);
-    return KeptOrder::NumberOf(scene_->kept->triangles()[place]);
+    return NumberOfLane(scene_->kept->triangles().data(), *block_, part_ * kPartLanes + lane);
   }
   uint32_t number() const { return NumberOf(lane_); }
 
