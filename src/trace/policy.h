@@ -11,8 +11,8 @@ namespace dacrt::policy {
 /// Rays up to which each of a list goes its own way.
 inline constexpr std::size_t kFewRays = 3;
 
-/// And the rays of a packet: of closest hits in a small scene, and of any in a larger one if they
-/// run in several octants.
+/// And the rays of a packet if they run in several octants: of closest hits in a small scene, and
+/// of any in a larger one.
 inline constexpr std::size_t kFewInSmallScene = 4, kFewApart = 8;
 
 /// How many runs of how many rays of a call are looked at to see whether its rays run close

@@ -42,11 +42,11 @@ HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacket
                                LaneMask active) {
   const size_t count = hwy::PopCount(active);
   if (count <= policy::kFewRays) return true;
-  if (scene.is_small) {
-    return kQuery == Query::kClosest && count <= policy::kFewInSmallScene;
-  }
+  // Of any hits in a small scene all are soon found.
+  if (scene.is_small && kQuery == Query::kAny) return false;
   uint32_t octant;
-  return count <= policy::kFewApart && lanes.LanesOfOctant(active, octant) != active;
+  return count <= (scene.is_small ? policy::kFewInSmallScene : policy::kFewApart) &&
+         lanes.LanesOfOctant(active, octant) != active;
 }
 
 template <Query kQuery>

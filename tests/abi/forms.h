@@ -14,10 +14,6 @@ namespace dacrt::tests {
 /// Every way to call rtcIntersect* and rtcOccluded*.
 std::vector<Form> AllForms();
 
-inline bool IsStream(const Form& form) {
-  return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
-}
-
 /// Runs `body(form, query)` for every form and query, until a test fails.
 template <class Body>
 void ForEachCall(const Body& body) {

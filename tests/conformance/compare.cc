@@ -40,8 +40,8 @@ using Judgement = JudgementBy<TriangleAnswer>;
 
 /// What a library's bounding boxes do to its answers.
 struct Boxes {
-  bool may_lose_hits = false;              ///< slab tests round either way
-  std::span<const RTCRayHit> packet = {};  ///< rays that may be tested together
+  bool may_lose_hits = false;  ///< slab tests round either way
+  Company company = {};
 };
 
 /// The drop-in's boxes are widened for the rounding.
@@ -98,13 +98,19 @@ class Judge {
     for (const ReferenceHit& must : must_hits_) {
       if (IsOptional(before_.ray, must.answer)) continue;
       if (must.answer.t.value + must.answer.t.error >= limit) continue;
-      if (!boxes.may_lose_hits || !SlabTestMayMiss(before_.ray, tfar, must.corners, boxes.packet)) {
+      if (!MayLose(must, tfar, boxes)) {
         return {"lacks the hit on geometry " + std::to_string(must.geometry_id) + ", primitive " +
                 std::to_string(must.primitive_id) + " at " + std::to_string(must.answer.t.value)};
       }
       judgement.needs_slab_test = true;
     }
     return judgement;
+  }
+
+  bool MayLose(const ReferenceHit& hit, float tfar, const Boxes& boxes) const {
+    return boxes.may_lose_hits &&
+           (PlanesMayBeSwapped(before_.ray, boxes.company.guides) ||
+            SlabTestMayMiss(before_.ray, tfar, hit.corners, boxes.company.packet));
   }
 
   const Reference& reference_;
@@ -153,16 +159,8 @@ const char* Name(Side side) {
   return kNames[static_cast<int>(side)];
 }
 
-std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
-                                        std::size_t i) {
-  if (!form.coherent) return {};
-  constexpr std::size_t kWidest = 16;
-  const std::size_t first = i < kWidest ? 0 : i - kWidest + 1;
-  return rays.subspan(first, std::min(rays.size(), i + kWidest) - first);
-}
-
 Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,
-                             const RTCRayHit& drop_in, std::span<const RTCRayHit> packet) const {
+                             const RTCRayHit& drop_in, const Company& company) const {
   if (FindsNothing(before.ray)) {
     if (!SameBits(before, drop_in)) return Unexplained("the drop-in changed an inactive ray");
     if (!SameBits(before, real)) return Unexplained("the real library changed an inactive ray");
@@ -185,7 +183,7 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
   const Judge judge(reference_, query, before);
   const Judgement of_drop_in = judge.Of(drop_in_answer, kBoxesOfDropIn);
   if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
-  const Judgement of_real = judge.Of(real_answer, {.may_lose_hits = true, .packet = packet});
+  const Judgement of_real = judge.Of(real_answer, {.may_lose_hits = true, .company = company});
   if (!of_real.fault.empty()) return Unexplained("the real library " + of_real.fault);
   if (real_answer.is_hit && drop_in_answer.is_hit && real.hit.instID[0] != drop_in.hit.instID[0]) {
     return Unexplained("instID differs");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "company.h"
 #include "reference.h"
 #include "streams.h"
 
@@ -52,21 +53,15 @@ bool RealLibraryAborts(const RTCRay& ray);
 /// Whether a ray is inactive or not finite, so that no byte of its record may change.
 bool FindsNothing(const RTCRay& ray);
 
-/// The rays that the real library may trace together with ray i: for coherent ones up to sixteen
-/// that follow each other.
-std::span<const RTCRayHit> PacketAround(const Form& form, std::span<const RTCRayHit> rays,
-                                        std::size_t i);
-
 class Comparer {
  public:
   /// `scene` must outlive the comparer.
   explicit Comparer(const TestScene& scene) : reference_(scene) {}
 
   /// `before` is the record that both libraries were given, the others are what they made of it.
-  /// The real library must not abort on it. `packet` are the rays that the real library may have
-  /// traced together with this one; see SlabTestMayMiss.
+  /// The real library must not abort on it.
   Comparison Compare(Query query, const RTCRayHit& before, const RTCRayHit& real,
-                     const RTCRayHit& drop_in, std::span<const RTCRayHit> packet = {}) const;
+                     const RTCRayHit& drop_in, const Company& company = {}) const;
 
   /// Why `after` cannot be right, whatever another library says; nothing if it can.
   std::optional<std::string> FindFault(Query query, const RTCRayHit& before,

@@ -129,7 +129,7 @@ void Contest::CompareAnswers(const std::string& context, const Form& form, Query
     const Comparison comparison = RealLibraryAborts(before[i].ray)
                                       ? Comparison{Relation::kWithheld, Side::kDropIn, {}}
                                       : comparer_.Compare(query, before[i], real[i], drop_in[i],
-                                                          PacketAround(form, before, i));
+                                                          CompanyOf(form, query, before, i));
     Count(context, query, tally, comparison, before[i], &real[i], drop_in[i]);
   }
 }

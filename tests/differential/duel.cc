@@ -58,17 +58,6 @@ std::span<const Offer> TakeOffers(std::span<const Offer>& rest, uint32_t ray_id)
   return taken;
 }
 
-bool IsStream(const Form& form) {
-  return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
-}
-
-Company CompanyOf(const Batch& batch, std::span<const RTCRayHit> rays, std::size_t i) {
-  const std::span<const RTCRayHit> packet = PacketAround(batch.form, rays, i);
-  // Up to 32 occlusion rays of a stream follow the first of them, which may be any before.
-  const bool follows = IsStream(batch.form) && !batch.form.coherent && batch.query == Query::kAny;
-  return {packet, follows ? rays.first(i) : packet};
-}
-
 }  // namespace
 
 Arena::Arena(const std::string& config) : Arena(tests::DropIn(), config, Library::kDropIn) {}
@@ -157,7 +146,7 @@ std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
   for (std::size_t i = 0; i < trial.before.size(); ++i) {
     ++tally.comparisons;
     const RTCRayHit& before = trial.before[i];
-    const Company company = CompanyOf(batch, trial.before, i);
+    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
     Comparison comparison{Relation::kWithheld, Side::kDropIn, {}};
     if (!RealLibraryAborts(before.ray)) {
       comparison =
@@ -207,7 +196,7 @@ void Duel::CompareOffers(const Batch& batch, const Trial& trial,
     const auto of_real = TakeOffers(real_rest, before.ray.id);
     const auto of_drop_in = TakeOffers(drop_in_rest, before.ray.id);
     if (AreAlike(of_real, of_drop_in)) continue;
-    const Company company = CompanyOf(batch, trial.before, i);
+    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after, std::span<const Offer> offers) {
       const std::optional<std::string> fault =
           comparer_->FindOfferFault(batch, library, before, after, offers, company);
@@ -231,7 +220,7 @@ void Duel::Audit(const Batch& batch, const Trial& trial, Tally& tally,
   for (std::size_t i = 0; i < trial.before.size(); i += step) {
     ++tally.audits;
     const RTCRayHit& before = trial.before[i];
-    const Company company = CompanyOf(batch, trial.before, i);
+    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
     const auto check = [&](Library library, const RTCRayHit& after) {
       const std::optional<std::string> fault =
           comparer_->FindFault(batch, library, before, after, company);

@@ -6,8 +6,6 @@
 namespace dacrt::tests {
 namespace {
 
-/// Embree's reciprocals of direction components stay below 1e18, also those of zeros.
-constexpr double kLargestReciprocal = 1e18;
 double EmbreeReciprocal(double direction) {
   return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
 }
@@ -75,18 +73,6 @@ bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
     }
   }
   return false;
-}
-
-bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> guides) {
-  return std::any_of(guides.begin(), guides.end(), [&](const RTCRayHit& other) {
-    bool loses_sign = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float own = (&ray.dir_x)[axis], first = (&other.ray.dir_x)[axis];
-      if ((own < 0) != (first < 0)) return false;
-      loses_sign = loses_sign || (first < 0 && -first < 1 / kLargestReciprocal);
-    }
-    return loses_sign;
-  });
 }
 
 }  // namespace dacrt::tests

@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "company.h"
 #include "motion.h"
 
 namespace dacrt::tests {
@@ -32,16 +33,5 @@ struct SlabBox {
 /// lost only if this one may be: the float distance to a plane is monotone in the plane.
 bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
                      std::span<const RTCRayHit> packet);
-
-/// Whether the real library may take near planes for far ones. Where rays whose directions have the
-/// same signs go together, it takes the order of the planes from others' reciprocals, and those of
-/// components above -1e-18 have lost their sign. `guides` are the rays that it may take it from.
-bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> guides);
-
-/// The rays that the real library may trace together with one.
-struct Company {
-  std::span<const RTCRayHit> packet;  ///< for SlabTestMayMiss
-  std::span<const RTCRayHit> guides;  ///< for PlanesMayBeSwapped
-};
 
 }  // namespace dacrt::tests

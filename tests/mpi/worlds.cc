@@ -31,9 +31,7 @@ World StreamWorld(uint64_t seed, const char* features, std::size_t rays) {
   world.drop_in_config.clear();
   for (Stage& stage : world.stages) {
     for (Batch& batch : stage.batches) {
-      const bool is_stream =
-          batch.form.call != Form::Call::kRecord && batch.form.call != Form::Call::kPacket;
-      if (!is_stream) batch.form = {Form::Call::kRecords};
+      if (!IsStream(batch.form)) batch.form = {Form::Call::kRecords};
     }
   }
   return world;

@@ -133,11 +133,9 @@ Bounded Quotient(const Bounded& numerator, const Bounded& determinant, double si
   const double value = sign * numerator.value / magnitude;
   return {value, (numerator.error + std::abs(value) * determinant.error) /
                          (magnitude - determinant.error) +
-                     Gamma(kReciprocalOperations + 2) * std::abs(value)};
+                     Gamma(kReciprocalOperations + 2) * std::abs(value) + kTiny};
 }
 
-/// Embree's reciprocals of direction components stay below 1e18, also those of zeros.
-constexpr double kLargestReciprocal = 1e18;
 double EmbreeReciprocal(double direction) {
   return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
 }

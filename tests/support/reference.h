@@ -37,6 +37,9 @@ struct Bounded {
   bool Admits(double other) const { return other >= value - error && other <= value + error; }
 };
 
+/// Embree's reciprocals of direction components stay below this, also those of zeros.
+inline constexpr double kLargestReciprocal = 1e18;
+
 struct TriangleAnswer {
   bool is_hit = false;         ///< by exact arithmetic, up to double rounding
   uint32_t doubts = kNoDoubt;  ///< none: single precision decides the same

@@ -33,6 +33,11 @@ struct Form {
   uint32_t gap = 0;       ///< bytes between records or packets
 };
 
+/// Whether it takes any number of rays in one call.
+inline bool IsStream(const Form& form) {
+  return form.call != Form::Call::kRecord && form.call != Form::Call::kPacket;
+}
+
 /// What to call `form` in reports and test names: letters, digits and underscores.
 std::string Name(const Form& form);
 
