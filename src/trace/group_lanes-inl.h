@@ -171,34 +171,27 @@ struct GroupLanes {
     return lanes;
   }
 
-  /// The least and the largest of some lanes' values, of four components each.
-  HWY_INLINE void Bound(const float* const (&values)[4], LaneMask lanes, float* low,
-                        float* high) const {
-    V v_low[4], v_high[4];
+  /// The least and the largest of some lanes' values.
+  HWY_INLINE void Bound(const float* values, LaneMask lanes, float& low, float& high) const {
+    V v_low = hn::Load(kFloat, values), v_high = v_low;
     if (HWY_LIKELY(lanes == FirstLanes(parts() * Lanes()))) {
-      for (size_t i = 0; i < 4; ++i) {
-        v_low[i] = v_high[i] = hn::Load(kFloat, values[i]);
-        for (size_t part = 1; part < parts(); ++part) {
-          const V v = hn::Load(kFloat, values[i] + part * Lanes());
-          v_low[i] = hn::Min(v_low[i], v);
-          v_high[i] = hn::Max(v_high[i], v);
-        }
+      for (size_t part = 1; part < parts(); ++part) {
+        const V v = hn::Load(kFloat, values + part * Lanes());
+        v_low = hn::Min(v_low, v);
+        v_high = hn::Max(v_high, v);
       }
     } else {
-      const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      for (size_t i = 0; i < 4; ++i) {
-        const V other = hn::Set(kFloat, values[i][first]);
-        v_low[i] = v_high[i] = other;
-        for (size_t part = 0; part < parts(); ++part) {
-          const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
-                                     hn::Load(kFloat, values[i] + part * Lanes()), other);
-          v_low[i] = hn::Min(v_low[i], v);
-          v_high[i] = hn::Max(v_high[i], v);
-        }
+      const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes)]);
+      v_low = v_high = other;
+      for (size_t part = 0; part < parts(); ++part) {
+        const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
+                                   hn::Load(kFloat, values + part * Lanes()), other);
+        v_low = hn::Min(v_low, v);
+        v_high = hn::Max(v_high, v);
       }
     }
-    OfLanes(v_low, low, [](auto x, auto y) HWY_ATTR { return hn::Min(x, y); });
-    OfLanes(v_high, high, [](auto x, auto y) HWY_ATTR { return hn::Max(x, y); });
+    low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
+    high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
   }
 
   /// Bits that the masks of some lanes' rays have in common.
@@ -239,29 +232,7 @@ struct GroupLanes {
   }
 
  private:
-  /// What `join` makes of all lanes, of four vectors.
-  template <class Join>
-  static HWY_INLINE void OfLanes(const V* vectors, float* values, const Join& join) {
 #if HWY_TARGET != HWY_SCALAR
-    FourByFour<CornerTag> rows;
-    for (size_t i = 0; i < 4; ++i) rows.v[i] = FoldToFour(kFloat, vectors[i], join);
-    rows.Transpose();
-    hn::StoreU(join(join(rows.v[0], rows.v[1]), join(rows.v[2], rows.v[3])), kCornerTag, values);
-#else
-    for (size_t i = 0; i < 4; ++i) values[i] = hn::GetLane(vectors[i]);
-#endif
-  }
-#if HWY_TARGET != HWY_SCALAR
-  template <class Tag, class Join>
-  static HWY_INLINE CornerPart FoldToFour(Tag, hn::Vec<Tag> v, const Join& join) {
-    if constexpr (hn::MaxLanes(Tag()) == 4) {
-      return v;
-    } else {
-      const hn::Half<Tag> half;
-      return FoldToFour(half, join(hn::LowerHalf(half, v), hn::UpperHalf(half, v)), join);
-    }
-  }
-
   /// Records `first` to `first + 3`, into lanes from `lane` on.
   HWY_INLINE void LoadFourRecords(const RecordLayout& layout, size_t first, size_t lane) {
     using enum PacketComponent;
@@ -390,51 +361,33 @@ struct GroupInterval {
   EightPart org_for_near[3], org_for_far[3];  ///< of which the distance is least, and largest
   EightPart least[3], most[3];                ///< of the reciprocals, signed
   EightPart start;
-  bool is_tight;  ///< hardly wider than the rays
-  float apart;    ///< how far the origins differ, on the axis on which they do most
-  float spread;   ///< the same of the directions
-  float length;   ///< of directions, the largest component
+  bool is_tight = true;  ///< hardly wider than the rays
+  float apart = 0;       ///< how far the origins differ, on the axis on which they do most
+  float spread = 0;      ///< the same of the directions
+  float length = 0;      ///< of directions, the largest component
 
-  /// Of the rays of some lanes, which run in one octant.
+  /// Of the rays of some lanes.
   template <size_t kMost>
-  HWY_INLINE GroupInterval(const GroupLanes<kMost>& group, LaneMask lanes) {
-    // All axes at once. The fourth component is where the slab test begins.
-    HWY_ALIGN float low[4], high[4], low_reciprocal[4], high_reciprocal[4];
-    group.Bound({group.org[0], group.org[1], group.org[2], group.start}, lanes, low, high);
-    group.Bound({group.reciprocal[0], group.reciprocal[1], group.reciprocal[2], group.start}, lanes,
-                low_reciprocal, high_reciprocal);
-    HWY_ALIGN float nearer[4], farther[4], extent[4], longest[4], difference[4], loose[4];
-    for (size_t i = 0; i < 4; i += hn::MaxLanes(kCornerTag)) {
-      const auto load = [&](const float* values)
-                            HWY_ATTR { return hn::Load(kCornerTag, values + i); };
-      const auto l = load(low), h = load(high), lr = load(low_reciprocal),
-                 hr = load(high_reciprocal);
-      const auto is_negative = hn::Lt(lr, hn::Zero(kCornerTag));
-      const auto smallest = hn::Max(lr, hn::Neg(hr)), largest = hn::Max(hn::Neg(lr), hr);
-      const auto one = hn::Set(kCornerTag, 1.0f), longest_of = hn::Div(one, smallest);
-      const auto put = [&](CornerPart value, float* values)
-                           HWY_ATTR { hn::Store(value, kCornerTag, values + i); };
-      put(hn::IfThenElse(is_negative, l, h), nearer);
-      put(hn::IfThenElse(is_negative, h, l), farther);
-      put(hn::Sub(h, l), extent);
-      put(longest_of, longest);
-      put(hn::Sub(longest_of, hn::Div(one, largest)), difference);
-      put(hn::NegMulAdd(hn::Set(kCornerTag, policy::kTightReciprocals), smallest, largest), loose);
-    }
+  HWY_INLINE GroupInterval(const GroupLanes<kMost>& group, LaneMask lanes, uint32_t octant) {
+    const auto bound = [&](const float* values, float& low, float& high)
+                           HWY_ATTR { group.Bound(values, lanes, low, high); };
+    float low, high;
     for (int axis = 0; axis < 3; ++axis) {
-      org_for_near[axis] = hn::Set(kEightTag, nearer[axis]);
-      org_for_far[axis] = hn::Set(kEightTag, farther[axis]);
-      least[axis] = hn::Set(kEightTag, low_reciprocal[axis]);
-      most[axis] = hn::Set(kEightTag, high_reciprocal[axis]);
+      const bool negative = (octant >> axis) & 1;
+      bound(group.org[axis], low, high);
+      org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
+      org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
+      apart = HWY_MAX(apart, high - low);
+      bound(group.reciprocal[axis], low, high);
+      const float largest = HWY_MAX(-low, high), smallest = HWY_MAX(low, -high);
+      is_tight &= largest <= policy::kTightReciprocals * smallest;
+      length = HWY_MAX(length, 1 / smallest);
+      spread = HWY_MAX(spread, 1 / smallest - 1 / largest);
+      least[axis] = hn::Set(kEightTag, low);
+      most[axis] = hn::Set(kEightTag, high);
     }
-    start = hn::Set(kEightTag, low[3]);
-    const auto largest_of = [](const float* xyz) {
-      return HWY_MAX(HWY_MAX(xyz[0], xyz[1]), xyz[2]);
-    };
-    apart = largest_of(extent);
-    length = largest_of(longest);
-    spread = largest_of(difference);
-    is_tight = largest_of(loose) <= 0;
+    bound(group.start, low, high);
+    start = hn::Set(kEightTag, low);
   }
 
   /// Whether the rays run close together in a scene of a certain extent.

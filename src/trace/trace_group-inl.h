@@ -60,7 +60,7 @@ class GroupTracer {
   void TraceActive(ChildWord root, LaneMask active, ListMemory memory) {
     uint32_t octant;
     if (lanes_.LanesOfOctant(active, octant) == active) {
-      const GroupInterval interval(lanes_, active);
+      const GroupInterval interval(lanes_, active, octant);
       if (interval.IsNarrow(task_.scene.bounds.LongestSide())) {
         return Walk(root, active, memory,
                     TogetherEnter<kMost>{task_, lanes_, kPlaneOffsets[octant], interval});
