@@ -21,7 +21,7 @@ FullHit HitOf(const TraceTask& task, RayNumber number, Query query) {
 void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uint32_t primitive,
                       std::span<const RayNumber> rays) {
   const Geometry& user = task.scene.geometries.shapes()[geometry];
-  const Callback& function = query == Query::kClosest ? user.intersect : user.occluded;
+  const Callback& function = UserFunctionOf(query, user);
   if (!function || rays.empty()) return;
   CallbackPacket packet(task);
   const std::size_t width = task.frame.options.callback_width;

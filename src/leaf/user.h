@@ -10,6 +10,11 @@
 
 namespace dacrt {
 
+/// The function that is asked about a primitive; there may be none.
+inline const Callback& UserFunctionOf(Query query, const Geometry& user) {
+  return query == Query::kClosest ? user.intersect : user.occluded;
+}
+
 /// Calls the function for some rays, at most CallOptions::callback_width of them, and takes over
 /// what it says of them.
 void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uint32_t primitive,

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "leaf/user.h"
 #include "trace/group_instances-inl.h"
 #include "trace/policy.h"
 #include "trace/ray_group-inl.h"
@@ -28,7 +29,7 @@ class GroupItems {
     for (size_t i = 0; i < block.lanes; ++i) {
       const GeometryTable::Name item = NameOfLane(task_, block, i);
       const Geometry& user = task_.scene.geometries.shapes()[item.geometry];
-      const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
+      const Callback& function = UserFunctionOf(kQuery, user);
       const LaneMask entering = EnterItem(block, i, active);
       if (entering == 0 || !function) continue;
       GroupHits<kMost> hits;

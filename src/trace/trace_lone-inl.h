@@ -11,6 +11,7 @@
 #include <bit>
 
 #include "leaf/lone_packet-inl.h"
+#include "leaf/user.h"
 #include "trace/lone_hit-inl.h"
 #include "trace/trace_rays-inl.h"
 
@@ -330,7 +331,7 @@ class LoneTracer {
 
   HWY_INLINE void CallUserFunction(const GeometryTable::Name& item) {
     const Geometry& user = scene_.geometries.shapes()[item.geometry];
-    const Callback& function = kQuery == Query::kClosest ? user.intersect : user.occluded;
+    const Callback& function = UserFunctionOf(kQuery, user);
     if (!function) return;
     const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
     FullHit before = has_hit ? call_.hit.Get() : kNoHit;
