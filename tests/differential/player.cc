@@ -188,7 +188,7 @@ PlayedWorld::Array PlayedWorld::SetArray(Scene& scene, const ArrayLayout& layout
     case Memory::kBuffer: {
       const RTCBuffer buffer = api().rtcNewBuffer(device_.handle(), size);
       buffers_.push_back(buffer);
-      array.first = static_cast<std::byte*>(api().rtcGetBufferData(buffer)) + layout.offset;
+      array.first = DataOf(buffer, layout.offset);
       api().rtcSetGeometryBuffer(geometry, type, slot, format, buffer, layout.offset, stride,
                                  count);
       break;
@@ -201,7 +201,7 @@ PlayedWorld::Array PlayedWorld::SetArray(Scene& scene, const ArrayLayout& layout
         buffers_.push_back(scene.common_buffer);
       }
       const std::size_t offset = scene.common_size + layout.offset;
-      array.first = static_cast<std::byte*>(api().rtcGetBufferData(scene.common_buffer)) + offset;
+      array.first = DataOf(scene.common_buffer, offset);
       api().rtcSetGeometryBuffer(geometry, type, slot, format, scene.common_buffer, offset, stride,
                                  count);
       scene.common_size += RoundUp(size);
@@ -241,6 +241,11 @@ void PlayedWorld::SetPlacements(const WorldGeometry& description, RTCGeometry ge
     api().rtcSetGeometryTransform(geometry, step, description.transform_format, values);
   }
   device_.CheckErrors();
+}
+
+std::byte* PlayedWorld::DataOf(RTCBuffer buffer, std::size_t offset) const {
+  auto* const data = static_cast<std::byte*>(api().rtcGetBufferData(buffer));
+  return data ? data + offset : nullptr;
 }
 
 void PlayedWorld::WriteVertices(const WorldGeometry& description, Geometry& geometry) {

@@ -58,6 +58,8 @@ class PlayedWorld {
   Array SetArray(Scene& scene, const ArrayLayout& layout, RTCGeometry geometry, RTCBufferType type,
                  uint32_t slot, RTCFormat format, std::span<const std::byte> items,
                  std::size_t item_size);
+  /// Null where the library was refused memory.
+  std::byte* DataOf(RTCBuffer buffer, std::size_t offset) const;
   void WriteVertices(const WorldGeometry& description, Geometry& geometry);
   void Play(const Change& change);
   void Release();
