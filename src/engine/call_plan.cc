@@ -13,7 +13,9 @@ namespace {
 /// Rays of a piece over a kept partition. The records of one octant of directions, which are looked
 /// at together, take half a megabyte then where directions are even, and stay in a second-level
 /// cache. On Sponza diffuse rays took 1,057 ns each in calls of 4,096, 833 in 16,384, 779 in
-/// 65,536.
+/// 65,536. To take rays of four pieces together, by octants, gains a tenth or two where they have
+/// no order at all, but where neighbours in a call are neighbours in space, fewer of these meet
+/// then: of 12.2 million ambient rays a second, a million a call, remained 10.4.
 constexpr std::size_t kKeptPieceRays = 65536;
 static_assert(kKeptPieceRays <= kMostPieceRays, "lists hold the numbers of a piece's rays");
 
