@@ -119,8 +119,8 @@ TEST_P(DegenerateTraceTest, TrianglesThatCoincide) {
   ExpectBruteForce(mesh, rays, WithBudget(0), "copies");
 }
 
-// Large numbers of them: the smallest name, whatever stands where in the order. Where the ray begins
-// there is no slack that would open a box before the hits in it.
+// Large numbers of them: the smallest name, whatever stands where in the order. Where the ray
+// begins there is no slack that would open a box before the hits in it.
 TEST_P(DegenerateTraceTest, ThousandsThatCoincide) {
   Mesh mesh;
   mesh.vertices = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
