@@ -314,13 +314,13 @@ struct GroupLanes {
     LaneMask valid = 0;
     if constexpr (kCount == 0) {
       for (size_t lane = 0; lane < count; ++lane) valid |= LaneMask{values[lane] == -1} << lane;
-      return valid;
-    }
-    const hn::CappedTag<float, HWY_MAX(kCount, 1)> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    for (size_t lane = 0; lane < kCount; lane += hn::MaxLanes(d)) {
-      const auto is_valid = hn::Eq(hn::LoadU(di, values + lane), hn::Set(di, -1));
-      valid |= Bits(d, hn::RebindMask(d, is_valid)) << lane;
+    } else {
+      const hn::CappedTag<float, kCount> d;
+      const hn::RebindToSigned<decltype(d)> di;
+      for (size_t lane = 0; lane < kCount; lane += hn::MaxLanes(d)) {
+        const auto is_valid = hn::Eq(hn::LoadU(di, values + lane), hn::Set(di, -1));
+        valid |= Bits(d, hn::RebindMask(d, is_valid)) << lane;
+      }
     }
     return valid;
   }

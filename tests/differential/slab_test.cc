@@ -4,19 +4,6 @@
 #include <cmath>
 
 namespace dacrt::tests {
-namespace {
-
-double EmbreeReciprocal(double direction) {
-  return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
-}
-
-/// Whether a packet counts the ray as one of its own.
-bool IsTraced(const RTCRay& ray) {
-  const float sum = ray.org_x + ray.org_y + ray.org_z + ray.dir_x + ray.dir_y + ray.dir_z;
-  return std::isfinite(sum) && ray.tnear >= 0 && ray.tnear <= ray.tfar;
-}
-
-}  // namespace
 
 void SlabBox::Extend(const Approximate3& center, const Approximate& radius) {
   for (int axis = 0; axis < 3; ++axis) {

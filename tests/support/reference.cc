@@ -136,10 +136,6 @@ Bounded Quotient(const Bounded& numerator, const Bounded& determinant, double si
                      Gamma(kReciprocalOperations + 2) * std::abs(value) + kTiny};
 }
 
-double EmbreeReciprocal(double direction) {
-  return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
-}
-
 /// One axis of a triangle's bounding box, as a ray sees it.
 struct Slab {
   Slab(const RTCRay& ray, const Corners& corners, int axis)
@@ -157,12 +153,6 @@ struct Slab {
   double near_plane, far_plane;
   double near, far;  ///< distances to the planes
 };
-
-/// Whether a packet counts the ray as one of its own.
-bool IsTraced(const RTCRay& ray) {
-  const float sum = ray.org_x + ray.org_y + ray.org_z + ray.dir_x + ray.dir_y + ray.dir_z;
-  return std::isfinite(sum) && ray.tnear >= 0 && ray.tnear <= ray.tfar;
-}
 
 /// Where a point comes on a Morton curve through the bounds: near points at near places.
 uint32_t PlaceOnCurve(const Float3& point, const TestScene::Corners& bounds) {
@@ -187,6 +177,15 @@ bool IsLegal(const Float3& vertex) {
 }
 
 }  // namespace
+
+double EmbreeReciprocal(double direction) {
+  return std::copysign(std::min(1 / std::abs(direction), kLargestReciprocal), direction);
+}
+
+bool IsTraced(const RTCRay& ray) {
+  const float sum = ray.org_x + ray.org_y + ray.org_z + ray.dir_x + ray.dir_y + ray.dir_z;
+  return std::isfinite(sum) && ray.tnear >= 0 && ray.tnear <= ray.tfar;
+}
 
 TriangleAnswer TestTriangle(const RTCRay& ray, const Corners& corners) {
   const Polynomials p = Evaluate(ray, corners);

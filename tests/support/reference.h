@@ -39,6 +39,10 @@ struct Bounded {
 
 /// Embree's reciprocals of direction components stay below this, also those of zeros.
 inline constexpr double kLargestReciprocal = 1e18;
+double EmbreeReciprocal(double direction);
+
+/// Whether a packet of Embree's counts the ray as one of its own.
+bool IsTraced(const RTCRay& ray);
 
 struct TriangleAnswer {
   bool is_hit = false;         ///< by exact arithmetic, up to double rounding
