@@ -65,9 +65,10 @@ struct TogetherEnter {
       GiveLeavesGeometry(task, node, entered, PrepareFacets);
     const BroadcastPlanes broadcast(planes);
     const PartRange used = group.PartsWith(active);
+    const uint32_t wide = interval.WideChildren(planes, entry);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
       LaneMask lanes = active;
-      if (!interval.is_tight || !node.Child(i).IsInner()) {
+      if (!(wide >> i & 1) || !node.Child(i).IsInner()) {
         V near_planes[3], far_planes[3];
         for (int axis = 0; axis < 3; ++axis) {
           near_planes[axis] = hn::Set(kFloat, broadcast.near[axis][i]);

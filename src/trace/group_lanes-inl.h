@@ -407,7 +407,26 @@ struct GroupInterval {
     return entered;
   }
 
-  /// The same for boxes in the lanes of a vector. `offsets` are those of the octant.
+  /// Those of the children, entered at `entry`, that are as wide as the group is there: of them the
+  /// interval alone tells nearly as much as all rays would. Of smaller ones, as where triangles are
+  /// no larger than pixels, it takes in all that stand in the way between the rays.
+  HWY_INLINE uint32_t WideChildren(const ChildPlanes& planes, const float* entry) const {
+    if (!is_tight) return 0;
+    uint32_t wide = 0;
+    for (size_t part = 0; part < kParts; ++part) {
+      EightPart size = hn::Zero(kEightTag);
+      for (int axis = 0; axis < 3; ++axis) {
+        size = hn::Max(size, hn::Abs(hn::Sub(planes.far[part][axis], planes.near[part][axis])));
+      }
+      const EightPart width = hn::MulAdd(hn::Load(kEightTag, entry + part * kPartLanes),
+                                         hn::Set(kEightTag, spread), hn::Set(kEightTag, apart));
+      wide |= static_cast<uint32_t>(Bits(kEightTag, hn::Ge(size, width))) << (part * kPartLanes);
+    }
+    return wide;
+  }
+
+  /// The same as EnterChildren for boxes in the lanes of a vector. `offsets` are those of the
+  /// octant.
   HWY_INLINE uint32_t EnterBoxes(const WideBoxOf<EightPart>& boxes, const PlaneOffsets& offsets,
                                  float tfar) const {
     EightPart near[3], far[3], first;

@@ -62,7 +62,10 @@ inline constexpr std::size_t kFewInLeaf = 6;
 inline constexpr uint32_t kVisitsAlone = 3;
 
 /// The ratio of the reciprocals of a group's directions up to which its interval alone decides
-/// about inner nodes.
+/// about inner nodes that are as wide as the group. Where it decided about all of them, the dragon
+/// of 871,000 triangles took 1.2 million shadow rays a second in calls of 64K, and the kitchen 8.8;
+/// so 15.9 and 19.0. Where all rays were asked at all nodes, Sponza took 11.5 million primary rays
+/// instead of 13.1 in calls of a million.
 inline constexpr float kTightReciprocals = 2;
 
 /// Rays of a list of `rays` that are asked for the order of a node's children: the order costs a

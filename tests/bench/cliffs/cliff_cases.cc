@@ -95,6 +95,24 @@ CliffContent AroundOneCentre() {
   return content;
 }
 
+/// Four triangles for each of 400 * 400 spikes, as narrow as pixels.
+CliffContent Spikes() {
+  CliffContent content;
+  Random random(3);
+  constexpr int kSide = 400;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const float x = static_cast<float>(i % kSide) / kSide;
+    const float y = static_cast<float>(i / kSide) / kSide;
+    constexpr float kStep = 1.0f / kSide;
+    const Float3 foot[4] = {
+        {x, y, 0}, {x + kStep, y, 0}, {x + kStep, y + kStep, 0}, {x, y + kStep, 0}};
+    const Float3 top = {x + kStep / 2, y + kStep / 2, random.Uniform(0, kSpikeHeight)};
+    for (int side = 0; side < 4; ++side)
+      AddTriangle(content, foot[side], foot[(side + 1) % 4], top);
+  }
+  return content;
+}
+
 CliffContent Coincident() {
   CliffContent content;
   for (int i = 0; i < 2'000; ++i) AddTriangle(content, {0, 0, 0.5f}, {1, 0, 0.5f}, {0, 1, 0.5f});
@@ -123,6 +141,8 @@ const std::vector<CliffCase>& CliffCases() {
       {"line", "a million small triangles in a row", 0, OnALine},
       {"one-centre", "20,000 triangles around one centre", 0, AroundOneCentre},
       {"coincident", "2,000 times the same triangle", 0, Coincident},
+      {"spikes", "640,000 triangles as narrow as pixels, rays side by side to a lamp", 0, Spikes,
+       true},
   };
   return cases;
 }

@@ -25,9 +25,13 @@ struct CliffCase {
   const char* what;
   double budget;  ///< dacrt_budget in bytes a triangle; 0: its default
   CliffContent (*make)();
+  bool is_lit = false;  ///< by rays to a lamp from what a picture shows, not by rays from anywhere
 };
 
 const std::vector<CliffCase>& CliffCases();
+
+/// What is_lit stands between 0 and this height over the unit square.
+inline constexpr float kSpikeHeight = 0.015f;
 
 /// A content as one library holds it, committed.
 class CliffScene {
