@@ -57,11 +57,13 @@ HWY_INLINE uint64_t Bits(Tag tag, hn::Mask<Tag> mask) {
 HWY_INLINE uint64_t Bits(M mask) { return Bits(kFloat, mask); }
 
 /// The way back from Bits.
-HWY_INLINE M MaskOf(uint64_t bits) {
+template <class Tag>
+HWY_INLINE hn::Mask<Tag> MaskOf(Tag tag, uint64_t bits) {
   uint8_t bytes[8];
   memcpy(bytes, &bits, sizeof(bits));
-  return hn::LoadMaskBits(kFloat, bytes);
+  return hn::LoadMaskBits(tag, bytes);
 }
+HWY_INLINE M MaskOf(uint64_t bits) { return MaskOf(kFloat, bits); }
 
 /// Relative widening of a box, two units in the last place: a ray that runs exactly in a face of
 /// the box counts as inside, also when its direction's component is zero.

@@ -234,13 +234,48 @@ class FacetTest {
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);
     } else {
+      const EightPart key = hn::Max(crossing.t, crossing.entry);
       HWY_ALIGN float keys[kPartLanes];
-      hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
-      ForEachLane(crossing.lanes, [&](size_t lane) {
+      hn::Store(key, kEightTag, keys);
+      uint64_t lanes = crossing.lanes;
+      if (HWY_UNLIKELY((lanes & (lanes - 1)) != 0)) lanes = OneOfEqual(crossing, key, keys, part);
+      ForEachLane(lanes, [&](size_t lane) {
         TakeInLeaf(number, keys[lane], (crossing.within_limit >> lane) & 1,
                    part * kPartLanes + lane);
       });
     }
+  }
+
+  /// The lanes that a ray meets, but of those that it meets where it meets the first of them only
+  /// one: where thousands of triangles coincide, the hit that a ray has is compared with one a
+  /// leaf.
+  HWY_INLINE uint64_t OneOfEqual(const FacetCrossing& crossing, EightPart key, const float* keys,
+                                 size_t part) const {
+    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero64(crossing.lanes);
+    const uint64_t equal =
+        Bits(kEightTag, hn::Eq(key, hn::Set(kEightTag, keys[first]))) & crossing.lanes;
+    const uint64_t within = equal & crossing.within_limit;
+    if (HWY_LIKELY((equal & (equal - 1)) == 0) || (within != 0 && within != equal) ||
+        task_.checks_masks || !task_.scene.geometries.all_fill_one_lane()) {
+      return crossing.lanes;
+    }
+    return (crossing.lanes & ~equal) | LeastNumber(equal, part);
+  }
+
+  /// Of some lanes that whose triangle has the least number, as a bit.
+  HWY_INLINE uint64_t LeastNumber(uint64_t lanes, size_t part) const {
+    const hn::RebindToUnsigned<EightTag> du;
+    const hn::RebindToSigned<EightTag> di;
+    const auto shift = hn::Iota(du, static_cast<uint32_t>(part * kPartLanes));
+    const auto place = hn::Add(
+        hn::Set(du, block_.first),
+        hn::And(hn::Shr(hn::Set(du, block_.items), hn::ShiftLeft<2>(shift)), hn::Set(du, 15)));
+    const auto number = hn::And(hn::GatherIndex(du, task_.partition.order, hn::BitCast(di, place)),
+                                hn::Set(du, ~KeptOrder::kLastOfLeaf));
+    const auto among = hn::IfThenElse(hn::RebindMask(du, MaskOf(kEightTag, lanes)), number,
+                                      hn::Set(du, UINT32_MAX));
+    const auto least = hn::Set(du, hn::GetLane(hn::MinOfLanes(du, among)));
+    return Bits(kEightTag, hn::RebindMask(kEightTag, hn::Eq(among, least)));
   }
 
   /// Whether a filter function is to be asked about hits of a lane.

@@ -142,6 +142,24 @@ TEST_P(DegenerateTraceTest, ThousandsThatCoincide) {
   }
 }
 
+// Many that overlap in one plane and are numbered against their order in space: the smallest name
+// stands anywhere in its leaf. The rays run in no order, so that they go by lists.
+TEST_P(DegenerateTraceTest, TrianglesThatOverlapInOnePlane) {
+  Random random(10);
+  Mesh mesh;
+  constexpr int kCount = 600;
+  for (int i = 0; i < kCount; ++i) {
+    const float y = 1 - 2 * static_cast<float>(i) / kCount;
+    mesh.Add({1, y - 0.1f, -1}, {1, y + 0.1f, -1}, {1, y, 1});
+  }
+  std::vector<FullRay> rays;
+  for (int i = 0; i < 300; ++i) {
+    rays.push_back(
+        FullRayOf(MakeRay({-1, random.Uniform(-1, 1), random.Uniform(-1, 1)}, {1, 0, 0})));
+  }
+  ExpectBruteForce(mesh, rays, WithBudget(0), "in one plane");
+}
+
 // Slivers and points, all through one point.
 TEST_P(DegenerateTraceTest, SliversThroughOnePoint) {
   Random random(9);
