@@ -54,6 +54,19 @@ struct Polynomials {
   double largest_product;
 };
 
+/// Embree makes its triangles' edges where such numbers are flushed to zero: what each component
+/// may be off by.
+double FlushedFromEdges(const Corners& corners) {
+  double flushed = 0;
+  for (const Float3* const corner : {&corners.v0, &corners.v1, &corners.v2}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double value = std::abs((*corner)[axis]);
+      if (value < kTiny) flushed = std::max(flushed, 2 * value);
+    }
+  }
+  return flushed;
+}
+
 Polynomials Evaluate(const RTCRay& ray, const Corners& corners) {
   const auto& [v0, v1, v2] = corners;
   const Double3 direction{ray.dir_x, ray.dir_y, ray.dir_z};
@@ -83,6 +96,15 @@ Polynomials Evaluate(const RTCRay& ray, const Corners& corners) {
     // A repeated vertex gives a normal of zero without any rounding.
     const double error = n_abs[axis] == 0 ? 0 : Gamma(kNormal) * n_abs[axis] + 2 * kTiny;
     p.normal[axis] = {normal[axis], error};
+  }
+  if (const double flushed = FlushedFromEdges(corners); flushed > 0) {
+    const double of_normal = flushed * (Sum(e1_abs) + Sum(e2_abs));
+    const double of_r = 2 * flushed * Sum(d_abs);
+    for (Bounded& axis : p.normal) axis.error += of_normal;
+    p.determinant.error += of_normal * Sum(d_abs);
+    p.t.error += of_normal * Sum(c_abs) + flushed * Sum(n_abs);
+    p.u.error += flushed * Sum(r_abs) + of_r * Sum(e2_abs);
+    p.v.error += flushed * Sum(r_abs) + of_r * Sum(e1_abs);
   }
   if (Sum(n_abs) == 0) p.determinant.error = p.t.error = 0;
   p.largest_product = std::max({Dot(r_abs, e2_abs), Dot(r_abs, e1_abs), Dot(n_abs, c_abs),
