@@ -43,19 +43,19 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
 }
 
 WorkspaceShape Device::Implementation::Shape(const CallPlan& plan, std::size_t triangles,
-                                             bool is_plain, bool has_instances) const {
-  return Keeps() ? WorkspaceShape::ForKept(plan.piece_rays, has_instances)
-                 : WorkspaceShape::ForPaper(triangles, plan.piece_rays, is_plain, settings);
+                                             const SceneTraits& scene) const {
+  return Keeps() ? WorkspaceShape::ForKept(plan.piece_rays, scene)
+                 : WorkspaceShape::ForPaper(triangles, plan.piece_rays, scene.is_plain, settings);
 }
 
-std::size_t Device::Implementation::FloorBytes(bool has_instances) const {
-  return Shape(CallPlan::Least(true, settings), 0, true, has_instances).Bytes();
+std::size_t Device::Implementation::FloorBytes(const SceneTraits& scene) const {
+  return Shape(CallPlan::Least(true, settings), 0, scene).Bytes();
 }
 
 std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t rays) const {
   const CallPlan plan(rays, tasks.threads(), Keeps(), settings);
-  const std::size_t bytes = plan.workers * Shape(plan, triangles, true, false).Bytes();
-  return Keeps() ? std::max(bytes, FloorBytes(false)) + GridBytes(triangles) : bytes;
+  const std::size_t bytes = plan.workers * Shape(plan, triangles, {}).Bytes();
+  return Keeps() ? std::max(bytes, FloorBytes({})) + GridBytes(triangles) : bytes;
 }
 
 std::size_t Device::Implementation::GridBytes(std::size_t triangles) const {

@@ -26,9 +26,8 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
   std::size_t GridBytes(std::size_t triangles) const;
 
   /// What a call needs on each thread, and what is reserved when a scene is made.
-  WorkspaceShape Shape(const CallPlan& plan, std::size_t triangles, bool is_plain,
-                       bool has_instances) const;
-  std::size_t FloorBytes(bool has_instances) const;
+  WorkspaceShape Shape(const CallPlan& plan, std::size_t triangles, const SceneTraits& scene) const;
+  std::size_t FloorBytes(const SceneTraits& scene) const;
 
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t triangles, std::size_t rays) const;

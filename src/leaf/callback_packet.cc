@@ -7,8 +7,7 @@ namespace dacrt {
 void CallbackPacket::SetRay(std::size_t lane, RayNumber number, float tfar) {
   using enum PacketComponent;
   const RayRecord& ray = task_.rays[number];
-  const uint32_t caller = task_.CallerOf(number);
-  const CallFrame& frame = task_.frame;
+  const RayTag tag = task_.frame.Tag(task_.CallerOf(number));
   Set(kOrgX, lane, ray.org[0]);
   Set(kOrgY, lane, ray.org[1]);
   Set(kOrgZ, lane, ray.org[2]);
@@ -18,9 +17,9 @@ void CallbackPacket::SetRay(std::size_t lane, RayNumber number, float tfar) {
   Set(kDirZ, lane, ray.dir[2]);
   Set(kTime, lane, ray.time);
   Set(kTfar, lane, tfar);
-  Set(kMask, lane, frame.Mask(caller));
-  Set(kId, lane, frame.Id(caller));
-  Set(kFlags, lane, frame.Flags(caller));
+  Set(kMask, lane, ray.mask);
+  Set(kId, lane, tag.id);
+  Set(kFlags, lane, tag.flags);
 }
 
 void CallbackPacket::SetHit(std::size_t lane, const FullHit& hit) {

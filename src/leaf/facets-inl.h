@@ -91,12 +91,10 @@ class FacetTest {
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
-    if (HWY_LIKELY(task_.keeps_leaf_hits)) {
-      if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
-        return TestFiltered(list, count);
-      }
-      return TestStill<true>(list, count);
+    if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
+      hwy::Prefetch(task_.partition.order + block_.first);  // for names, which will be asked
     }
+    if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
     TestStill<false>(list, count);
   }
 
@@ -142,40 +140,6 @@ class FacetTest {
       if (part * kPartLanes >= block_.lanes) return;
       const LeafCorners<kLayout> corners{block_, part};
       TestRay<true>(number, corners.Triangles(), corners.Again(), part, nullptr);
-    }
-  }
-
-  /// TestStill where filter functions may be asked. What they see of a ray is in the caller's
-  /// memory: it is fetched for a few rays at once.
-  HWY_NOINLINE void TestFiltered(const RayNumber* list, size_t count) const {
-    struct Waiting {
-      RayNumber ray;
-      FacetCrossing crossing;
-    };
-    hwy::Prefetch(task_.partition.order + block_.first);
-    for (size_t part = 0; part < kParts; ++part) {
-      if (part * kPartLanes >= block_.lanes) return;
-      const CornerLanes corners = DecodeCorners(block_, part);
-      const auto triangles = corners.Triangles();
-      Waiting waiting[kAhead];
-      size_t waiting_count = 0;
-      const auto take_all = [&]() HWY_ATTR {
-        for (size_t i = 0; i < waiting_count; ++i) {
-          TakeLanes<true>(waiting[i].ray, waiting[i].crossing, triangles, part, nullptr);
-        }
-        waiting_count = 0;
-      };
-      for (size_t i = 0; i < count; ++i) {
-        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
-        const RayRecord& ray = task_.rays[list[i]];
-        if (kQuery == Query::kAny && ray.tfar < 0) continue;
-        const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
-        if (HWY_LIKELY(crossing.lanes == 0)) continue;
-        task_.frame.Fetch(task_.CallerOf(list[i]));
-        waiting[waiting_count++] = {list[i], crossing};
-        if (waiting_count == kAhead) take_all();
-      }
-      take_all();
     }
   }
 

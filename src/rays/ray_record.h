@@ -45,6 +45,12 @@ struct alignas(64) RayRecord {
 };
 static_assert(sizeof(RayRecord) == 64);
 
+/// What only the program's functions want to know of a ray.
+struct RayTag {
+  uint32_t id;
+  uint32_t flags;
+};
+
 /// A closest hit, in the order of the caller's records.
 struct FullHit {
   float ng[3];

@@ -37,11 +37,12 @@ class Cutter {
 
 }  // namespace
 
-WorkspaceShape WorkspaceShape::ForKept(std::size_t piece_rays, bool has_instances) {
+WorkspaceShape WorkspaceShape::ForKept(std::size_t piece_rays, const SceneTraits& scene) {
   WorkspaceShape shape;
   shape.records = piece_rays;
   shape.list_bytes = kListLevels * ListBytes(piece_rays);
-  shape.instance_rays = has_instances ? InstanceMemory::kRays : 0;
+  shape.tags = scene.has_callbacks ? piece_rays : 0;
+  shape.instance_rays = scene.has_instances ? InstanceMemory::kRays : 0;
   return shape;
 }
 
@@ -73,6 +74,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   records_ = cutter.Cut<RayRecord>(shape.records);
   hits_ = cutter.Cut<FullHit>(shape.records);
   callers_ = cutter.Cut<uint32_t>(shape.records);
+  tags_ = cutter.Cut<RayTag>(shape.tags);
   lists_.top = cutter.Cut<std::byte>(shape.list_bytes);
   lists_.end = lists_.top + shape.list_bytes;
   instance_memory_.count = shape.instance_rays;

@@ -17,13 +17,22 @@
 
 namespace dacrt {
 
+/// What of a scene decides how much memory its calls need, beside its triangles.
+struct SceneTraits {
+  bool is_plain = true;  ///< nothing but still triangles
+  bool has_instances = false;
+  bool has_callbacks = false;
+};
+
 /// The formula: what a thread needs for pieces of R rays of a call.
 ///
 /// With a kept partition
 ///   bytes = kRecordBytes * R + kListLevels * ListBytes(R)
-///           + kRecordBytes * instance_rays + kConstantBytes
+///           + kTagBytes * tags + kRecordBytes * instance_rays + kConstantBytes
 ///
 /// records: each has one, a full hit, and its number.
+///
+/// tags: one a ray in scenes with functions of the program's, which see them.
 ///
 /// lists: a visit of a node takes three bytes for each of its rays (trace/trace_task.h). The lists
 /// of kListLevels levels fit if every ray were in each; as a rule they get shorter from level to
@@ -59,6 +68,7 @@ struct WorkspaceShape {
   static constexpr std::size_t kRayBytes = sizeof(PaperHit) + sizeof(uint32_t);
   static constexpr std::size_t kRecordBytes =
       sizeof(RayRecord) + sizeof(FullHit) + sizeof(uint32_t);
+  static constexpr std::size_t kTagBytes = sizeof(RayTag);
   static constexpr std::size_t kListLevels = 16;
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
   static constexpr std::size_t kSpareSlots = 128 * kMaxLanes;
@@ -69,7 +79,7 @@ struct WorkspaceShape {
   WorkspaceShape() = default;
 
   /// For pieces of `piece_rays` rays over a kept partition.
-  static WorkspaceShape ForKept(std::size_t piece_rays, bool has_instances);
+  static WorkspaceShape ForKept(std::size_t piece_rays, const SceneTraits& scene);
 
   /// For pieces of `rays` rays by the published methods.
   static WorkspaceShape ForPaper(std::size_t triangles, std::size_t rays, bool is_plain,
@@ -78,11 +88,12 @@ struct WorkspaceShape {
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
            kConeBytes * cones + kFullHitBytes * full_hits + kRecordBytes * records + list_bytes +
-           kRecordBytes * instance_rays + kConstantBytes;
+           kTagBytes * tags + kRecordBytes * instance_rays + kConstantBytes;
   }
 
   std::size_t records = 0;
   std::size_t list_bytes = 0;
+  std::size_t tags = 0;
   std::size_t instance_rays = 0;
 
   std::size_t refs = 0;
@@ -105,6 +116,7 @@ class Workspace {
   RayRecord* rays() const { return records_; }
   FullHit* hits() const { return hits_; }
   uint32_t* callers() const { return callers_; }
+  RayTag* tags() const { return tags_; }
   ListMemory lists() const { return lists_; }
   InstanceMemory instance_memory() const { return instance_memory_; }
 
@@ -118,6 +130,7 @@ class Workspace {
   RayRecord* records_ = nullptr;
   FullHit* hits_ = nullptr;
   uint32_t* callers_ = nullptr;
+  RayTag* tags_ = nullptr;
   ListMemory lists_{};
   InstanceMemory instance_memory_{};
   std::span<TriangleRef> refs_;

@@ -68,6 +68,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   void CarryOutPlan() noexcept;
 
   CallPlan PlanFor(std::size_t ray_count, std::size_t threads) const;
+  SceneTraits Traits() const;
   WorkspaceShape Shape(const CallPlan& plan) const;
 
   /// One for each worker; with a smaller plan if the memory for this one cannot be had.

@@ -111,9 +111,12 @@ CallPlan Scene::Implementation::PlanFor(std::size_t ray_count, std::size_t threa
                   Engine().settings);
 }
 
+SceneTraits Scene::Implementation::Traits() const {
+  return {parts.geometries.is_plain(), parts.has_instances, parts.has_callbacks};
+}
+
 WorkspaceShape Scene::Implementation::Shape(const CallPlan& plan) const {
-  return Engine().Shape(plan, parts.triangle_count, parts.geometries.is_plain(),
-                        !instanced.empty());
+  return Engine().Shape(plan, parts.triangle_count, Traits());
 }
 
 std::size_t Scene::Implementation::CallBytes(std::size_t ray_count) const {
@@ -124,7 +127,7 @@ std::size_t Scene::Implementation::CallBytes(std::size_t ray_count) const {
   for (const auto& scene : instanced) {
     largest = std::max(largest, scene->implementation_->parts.triangle_count);
   }
-  return std::max(bytes, Engine().FloorBytes(!instanced.empty())) + Engine().GridBytes(largest);
+  return std::max(bytes, Engine().FloorBytes(Traits())) + Engine().GridBytes(largest);
 }
 
 void Scene::Implementation::ReserveWorkspaces(CallPlan& plan,

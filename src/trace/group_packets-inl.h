@@ -51,8 +51,9 @@ class GroupPackets {
     HWY_ALIGN uint32_t ids[kMost], flags[kMost];
     ForEachLane(all, [&](size_t lane) {
       const uint32_t caller = task.CallerOf(static_cast<RayNumber>(lane));
-      ids[lane] = task.frame.Id(caller);
-      flags[lane] = task.frame.Flags(caller);
+      const RayTag tag = task.frame.Tag(caller);
+      ids[lane] = tag.id;
+      flags[lane] = tag.flags;
     });
     put(kId, reinterpret_cast<const float*>(ids));
     put(kFlags, reinterpret_cast<const float*>(flags));

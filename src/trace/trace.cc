@@ -19,7 +19,7 @@ void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, s
   SplitMemory split_memory(workspace.scratch().subset);
   TraceView<kQuery>(scene, view, first, count, options, split_memory, workspace.rays(),
                     workspace.hits(), workspace.callers(), workspace.instance_memory(),
-                    workspace.lists(), &statistics);
+                    workspace.lists(), workspace.tags(), &statistics);
 }
 
 void TracePiece(Query query, const SceneParts& scene, const RayView& view, size_t first,
@@ -38,7 +38,7 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
   StackMemory<policy::kShortCall> memory;
   SplitMemory split_memory(pool);
   TraceView<kQuery>(scene, view, 0, view.count, options, split_memory, memory.rays, memory.hits,
-                    memory.numbers, memory.ForInstances(), memory.Lists(), nullptr);
+                    memory.numbers, memory.ForInstances(), memory.Lists(), nullptr, nullptr);
 }
 
 void TraceShort(Query query, const SceneParts& scene, const RayView& view,

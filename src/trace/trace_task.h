@@ -1,8 +1,6 @@
 // Some rays against one scene, or against an instance in it: what the recursion works on.
 #pragma once
 
-#include <hwy/cache_control.h>
-
 #include <cstring>
 
 #include "dacrt/dacrt.h"
@@ -17,25 +15,18 @@ namespace dacrt {
 /// What hits and callbacks need to know of the call. Its rays come from a view or from a packet.
 struct CallFrame {
   /// Values of a caller's ray that are not in its record, or what stands for absent ones.
-  uint32_t Mask(uint32_t ray) const {
-    if (packet && !packet->has_masks) return UINT32_MAX;
-    return Read(PacketComponent::kMask, &RayView::mask, ray, UINT32_MAX);
-  }
-  uint32_t Id(uint32_t ray) const {
-    return Read(PacketComponent::kId, &RayView::id, ray, UINT32_MAX);
-  }
-  uint32_t Flags(uint32_t ray) const {
-    return Read(PacketComponent::kFlags, &RayView::flags, ray, UINT32_MAX);
+  RayTag Tag(uint32_t ray) const {
+    if (tags) return tags[ray];
+    return {Read(PacketComponent::kId, &RayView::id, ray, UINT32_MAX),
+            Read(PacketComponent::kFlags, &RayView::flags, ray, UINT32_MAX)};
   }
   float Time(uint32_t ray) const { return Read(PacketComponent::kTime, &RayView::time, ray, 0.0f); }
 
-  /// Fetches these values of a ray, which are about to be asked for; those of a packet are near.
-  void Fetch(uint32_t ray) const {
-    if (packet) return;
-    for (const auto of_view : {&RayView::mask, &RayView::id, &RayView::flags}) {
-      if (view->*of_view == RayView::kAbsent) continue;
-      hwy::Prefetch(reinterpret_cast<const void*>(view->Address(view->*of_view, first + ray)));
-    }
+  /// Keeps the tags of the first `count` rays in `memory`: where many rays are sorted, those of the
+  /// next one asked for are in no cache.
+  void KeepTags(std::size_t count, RayTag* memory) {
+    for (std::size_t i = 0; i < count; ++i) memory[i] = Tag(static_cast<uint32_t>(i));
+    tags = memory;
   }
 
   std::size_t ray_count() const { return packet ? packet->lanes : view->count; }
@@ -45,6 +36,7 @@ struct CallFrame {
   std::size_t first;        ///< ray of the view with which the piece begins
   const CallOptions& options;
   uint32_t no_instance;  ///< what hits outside of instances get
+  const RayTag* tags = nullptr;  ///< of the rays from `first` on, if they are kept
 
  private:
   template <class T>

@@ -193,12 +193,13 @@ size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemor
   return begin;
 }
 
-/// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack.
+/// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack, where
+/// there is none for tags.
 template <Query kQuery>
 void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count,
                const CallOptions& options, SplitMemory& split_memory, RayRecord* rays,
                FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
-               ListMemory lists, Statistics* statistics) {
+               ListMemory lists, RayTag* tags, Statistics* statistics) {
   if (statistics) ++statistics->pieces;
   const bool are_coherent =
       scene.is_small ||
@@ -206,7 +207,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
   const size_t most_in_lists = are_coherent ? policy::kRunOfLists : count;
   bool by_groups = are_coherent;
   for (size_t done = 0; done < count;) {
-    const CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
+    CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
                    scene.partition(),
                    rays,
@@ -225,6 +226,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
       done += TraceByGroups<kQuery>(task, left, callers, lists);
     } else {
       const size_t next = HWY_MIN(left, most_in_lists);
+      if (tags && scene.has_callbacks) frame.KeepTags(next, tags);
       TraceByLists<kQuery>(task, next, rays, callers, lists);
       done += next;
     }

@@ -110,7 +110,8 @@ TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
       const Settings settings;
       CallPlan plan(rays, threads, true, settings);
       const auto bytes = [&] {
-        return plan.workers * WorkspaceShape::ForKept(plan.piece_rays, true).Bytes();
+        return plan.workers *
+               WorkspaceShape::ForKept(plan.piece_rays, {.has_instances = true}).Bytes();
       };
       std::size_t before = bytes();
       int steps = 0;

@@ -47,6 +47,7 @@ std::vector<Array> ArraysOf(const Workspace& workspace, const WorkspaceShape& sh
   add("records", workspace.rays(), shape.records);
   add("record_hits", workspace.hits(), shape.records);
   add("callers", workspace.callers(), shape.records);
+  add("tags", workspace.tags(), shape.tags);
   const ListMemory lists = workspace.lists();
   add("lists", lists.top, static_cast<std::size_t>(lists.end - lists.top));
   const InstanceMemory instances = workspace.instance_memory();
@@ -103,9 +104,10 @@ TEST(WorkspaceTest, ArraysFitTheFormulaAndDoNotOverlap) {
 }
 
 TEST(WorkspaceTest, ArraysForAKeptPartitionFitAndDoNotOverlap) {
-  for (const bool has_instances : {false, true}) {
+  for (const SceneTraits& scene :
+       {SceneTraits{}, SceneTraits{.has_instances = true}, SceneTraits{.has_callbacks = true}}) {
     for (const std::size_t rays : kRayCounts) {
-      ExpectArraysFit(WorkspaceShape::ForKept(rays, has_instances), std::to_string(rays) + " rays");
+      ExpectArraysFit(WorkspaceShape::ForKept(rays, scene), std::to_string(rays) + " rays");
       if (HasFatalFailure()) return;
     }
   }
@@ -115,7 +117,7 @@ TEST(WorkspaceTest, ArraysForAKeptPartitionFitAndDoNotOverlap) {
 TEST(WorkspaceTest, HasRoomForTheListsOfAllLevels) {
   for (const std::size_t rays : kRayCounts) {
     Workspace workspace;
-    workspace.Reserve(WorkspaceShape::ForKept(rays, false));
+    workspace.Reserve(WorkspaceShape::ForKept(rays, {}));
     const ListMemory lists = workspace.lists();
     EXPECT_EQ(static_cast<std::size_t>(lists.end - lists.top),
               WorkspaceShape::kListLevels * ListBytes(rays));
