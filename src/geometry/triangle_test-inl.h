@@ -106,8 +106,10 @@ HWY_INLINE auto PassesInside(const PairTermsOf<Vec>& terms) {
 }
 
 /// T / den may round to tfar or below although T > den * tfar, and a hit at exactly tfar has to be
-/// compared by its name: so the depth test here has slack, and whoever takes the hit decides.
+/// compared by its name: so the depth test here has slack, and whoever takes the hit decides. A
+/// distance below the smallest normal number has lost bits, or all of them.
 constexpr float kDepthSlack = 1.0f + 0x1p-20f;
+constexpr float kDepthSlackAbsolute = std::numeric_limits<float>::min();
 
 /// Pairs that meet the plane within the ray's interval, by T and den. Where T overflows, den * tfar
 /// may do so too; then the plane is beyond every finite tfar.
@@ -115,7 +117,8 @@ template <class Vec>
 HWY_INLINE auto MeetsInDepth(const TestRaysOf<Vec>& rays, Vec t, Vec den) {
   const Vec zero = hn::Zero(hn::DFromV<Vec>());
   const Vec farthest = hn::Max(rays.tfar, SetLike(t, std::numeric_limits<float>::max()));
-  const Vec limit = hn::Mul(hn::Mul(den, rays.tfar), SetLike(t, kDepthSlack));
+  const Vec limit =
+      hn::Mul(den, hn::MulAdd(rays.tfar, SetLike(t, kDepthSlack), SetLike(t, kDepthSlackAbsolute)));
   return hn::And(hn::And(hn::Gt(den, zero), hn::Ge(t, zero)),
                  hn::And(hn::Lt(hn::Mul(den, rays.tnear), t),
                          hn::And(hn::Le(t, limit), hn::Le(t, farthest))));

@@ -160,6 +160,31 @@ TEST_P(DegenerateTraceTest, TrianglesThatOverlapInOnePlane) {
   ExpectBruteForce(mesh, rays, WithBudget(0), "in one plane");
 }
 
+// Hits so near that the distance has lost most of its bits: rounded down it is less than where the
+// ray meets the others. Between two heaps that are as large, so that triangles change places.
+TEST_P(DegenerateTraceTest, TrianglesThatCoincideAtDenormalDistances) {
+  Mesh mesh;
+  for (int i = 0; i < 300; ++i) {
+    const float x = i % 2 == 0 ? 100 : -100;
+    mesh.Add({0, 0, 0}, {-0x1.0ad906p+2f, 0x1.5p-145f, 0},
+             {0x1.6af9acp+45f, 0x1.a78634p-111f, -0x1.79f1fap+54f});
+    mesh.Add({x, x, x}, {x + 1, x, x}, {x, x + 1, x});
+  }
+  const std::vector<FullRay> rays(60,
+                                  FullRayOf(MakeRay({-0x1.08p+2f, 0, -16}, {0, 0x1.dp-2f, 1}, 0)));
+  for (const uint64_t budget : {uint64_t{0}, uint64_t{1}, kUnlimitedBudget}) {
+    const auto scene = MakeScene(mesh, WithBudget(budget));
+    for (const auto& found : {TraceForm(*scene, rays, Query::kClosest),
+                              TracePackets(*scene, {rays[0]}, Query::kClosest, 1, nullptr),
+                              TracePackets(*scene, rays, Query::kClosest, 16, nullptr)}) {
+      for (const FullRay& ray : found) {
+        ASSERT_EQ(ray.Get(kTfar), 0x1.7p-144f) << "budget " << budget;
+        ASSERT_EQ(ray.Get<uint32_t>(kPrimitiveId), 0u) << "budget " << budget;
+      }
+    }
+  }
+}
+
 // Slivers and points, all through one point.
 TEST_P(DegenerateTraceTest, SliversThroughOnePoint) {
   Random random(9);
