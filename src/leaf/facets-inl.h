@@ -198,32 +198,33 @@ class FacetTest {
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);
     } else {
-      const EightPart key = hn::Max(crossing.t, crossing.entry);
       HWY_ALIGN float keys[kPartLanes];
-      hn::Store(key, kEightTag, keys);
-      uint64_t lanes = crossing.lanes;
-      if (HWY_UNLIKELY((lanes & (lanes - 1)) != 0)) lanes = OneOfEqual(crossing, key, keys, part);
-      ForEachLane(lanes, [&](size_t lane) {
+      hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+      for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
+        size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+        if (HWY_UNLIKELY(keys[lane] == ray.tfar)) {
+          lanes = OneOfEqual(lanes, crossing.within_limit, keys, part);
+          lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+        }
         TakeInLeaf(number, keys[lane], (crossing.within_limit >> lane) & 1,
                    part * kPartLanes + lane);
-      });
+      }
     }
   }
 
-  /// The lanes that a ray meets, but of those that it meets where it meets the first of them only
-  /// one: where thousands of triangles coincide, the hit that a ray has is compared with one a
-  /// leaf.
-  HWY_INLINE uint64_t OneOfEqual(const FacetCrossing& crossing, EightPart key, const float* keys,
-                                 size_t part) const {
-    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero64(crossing.lanes);
-    const uint64_t equal =
-        Bits(kEightTag, hn::Eq(key, hn::Set(kEightTag, keys[first]))) & crossing.lanes;
-    const uint64_t within = equal & crossing.within_limit;
+  /// Lanes that a ray meets, but of those that it meets where it meets the first of them only one:
+  /// where thousands of triangles coincide, the hit that a ray has is compared with one a leaf.
+  HWY_NOINLINE uint64_t OneOfEqual(uint64_t lanes, uint64_t within_limit, const float* keys,
+                                   size_t part) const {
+    const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+    const auto is_equal = hn::Eq(hn::Load(kEightTag, keys), hn::Set(kEightTag, keys[first]));
+    const uint64_t equal = Bits(kEightTag, is_equal) & lanes;
+    const uint64_t within = equal & within_limit;
     if (HWY_LIKELY((equal & (equal - 1)) == 0) || (within != 0 && within != equal) ||
         task_.checks_masks || !task_.scene.geometries.all_fill_one_lane()) {
-      return crossing.lanes;
+      return lanes;
     }
-    return (crossing.lanes & ~equal) | LeastNumber(equal, part);
+    return (lanes & ~equal) | LeastNumber(equal, part);
   }
 
   /// Of some lanes that whose triangle has the least number, as a bit.
