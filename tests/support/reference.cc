@@ -54,17 +54,17 @@ struct Polynomials {
   double largest_product;
 };
 
-/// Embree makes its triangles' edges where such numbers are flushed to zero: what each component
-/// may be off by.
+/// Embree makes its triangles' edges where such numbers are flushed to zero, before a subtraction
+/// and after it: what each component may be off by.
 double FlushedFromEdges(const Corners& corners) {
-  double flushed = 0;
+  constexpr double kExact = 0x1p-102;  // differences of larger numbers are no smaller than kTiny
   for (const Float3* const corner : {&corners.v0, &corners.v1, &corners.v2}) {
     for (int axis = 0; axis < 3; ++axis) {
       const double value = std::abs((*corner)[axis]);
-      if (value < kTiny) flushed = std::max(flushed, 2 * value);
+      if (value > 0 && value < kExact) return 2 * kTiny;
     }
   }
-  return flushed;
+  return 0;
 }
 
 Polynomials Evaluate(const RTCRay& ray, const Corners& corners) {
