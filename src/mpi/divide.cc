@@ -41,8 +41,8 @@ class DividedGroup : public Group, public std::enable_shared_from_this<DividedGr
     }
     ++traffic_.calls_shared;
     members_.Together([&] {
-      DividedCall call(members_, local, parts, next_call_++, bundle_rays_, query, rays, options,
-                       traffic_);
+      DividedCall call(members_, local, parts, next_call_++, bundle_rays_, room_, query, rays,
+                       options, traffic_);
       call.Run();
       call.Store();
     });
@@ -52,6 +52,7 @@ class DividedGroup : public Group, public std::enable_shared_from_this<DividedGr
   mutable std::mutex mutex_;
   Members members_;
   const std::size_t bundle_rays_;
+  Bundle room_;
   uint64_t next_scene_ = 1, next_call_ = 0;
   Traffic traffic_;
 };

@@ -14,22 +14,10 @@
 #include "wire.h"
 
 namespace dacrt::mpi {
-namespace {
-
-/// Hits that come home are kept in blocks of this many: one array would be copied as it grows.
-constexpr std::size_t kHitsTogether = 8192;
-constexpr HitRecord kNoHit{0, {0, 0, 0}, 0, 0, UINT32_MAX, UINT32_MAX, UINT32_MAX};
-
-/// Which optional parts the record of a ray needs.
-RecordKind KindOf(const TravellingRay& ray, bool for_callbacks) {
-  return {ray.mask != UINT32_MAX, std::bit_cast<uint32_t>(ray.time) != 0, for_callbacks, false};
-}
-
-}  // namespace
 
 DividedCall::DividedCall(Members& members, const LocalScene& local, const DividedParts& parts,
-                         uint64_t call, std::size_t bundle_rays, Query query, const RayView& rays,
-                         const CallOptions& options, Traffic& traffic)
+                         uint64_t call, std::size_t bundle_rays, Bundle& room, Query query,
+                         const RayView& rays, const CallOptions& options, Traffic& traffic)
     : members_(members),
       link_(members.link()),
       local_(local),
@@ -41,8 +29,10 @@ DividedCall::DividedCall(Members& members, const LocalScene& local, const Divide
       options_(options),
       traffic_(traffic),
       tag_(call % 2 ? kTagRaysOdd : kTagRays),
-      route_(parts.boxes),
-      buckets_(parts.boxes.size() * RecordKind::kKinds) {}
+      routes_(parts.boxes),
+      bundle_(room),
+      rays_out_(parts.boxes.size() * RayKind::kKinds),
+      answers_out_(parts.boxes.size()) {}
 
 void DividedCall::Run() {
   Idle idle;
@@ -56,10 +46,10 @@ void DividedCall::Run() {
       traffic_.seconds_moving += SecondsSince(start) - (traffic_.seconds_tracing - traced_before);
       continue;
     }
-    FlushAll();
+    SendAll();
     if (is_waiting_for_all) {
       // What is still on its way would wait for this rank's next call.
-      if (members_.IsBarrierDone() && link_.HasSentAll()) return;
+      if (members_.IsBarrierDone() && link_.HasSentAll()) break;
     } else if (ended_ == rays_.count) {
       members_.StartBarrier(call_);
       is_waiting_for_all = true;
@@ -67,25 +57,25 @@ void DividedCall::Run() {
     idle.Pause();
     traffic_.seconds_waiting += SecondsSince(start);
   }
+  SendAnswers(link_.rank(), answers_out_[static_cast<std::size_t>(link_.rank())]);
 }
 
-void DividedCall::Store() const {
-  for (const auto& some : own_hits_) {
-    for (const auto& [index, hit] : some) StoreOne(index, hit);
+void DividedCall::Store() {
+  for (Message& message : own_hits_) {
+    Reader reader(message);
+    const auto head = reader.Take<BundleHead>();
+    for (uint32_t i = 0; i < head.count; ++i) {
+      const auto index = reader.Take<uint32_t>();
+      if (query_ == Query::kAny) {
+        WriteOccluded(rays_, index);
+        continue;
+      }
+      auto hit = reader.Take<HitRecord>();
+      if (hit.instance_id == UINT32_MAX) hit.instance_id = rays_.instance_value;
+      WriteHit(rays_, index, hit);
+    }
+    link_.KeepRoom(std::move(message));
   }
-}
-
-void DividedCall::StoreOne(uint32_t index, HitRecord hit) const {
-  if (query_ == Query::kAny) return WriteOccluded(rays_, index);
-  if (hit.instance_id == UINT32_MAX) hit.instance_id = rays_.instance_value;
-  WriteHit(rays_, index, hit);
-}
-
-void DividedCall::KeepHit(uint32_t index, const HitRecord& hit) {
-  if (own_hits_.empty() || own_hits_.back().size() == kHitsTogether) {
-    own_hits_.emplace_back().reserve(kHitsTogether);
-  }
-  own_hits_.back().emplace_back(index, hit);
 }
 
 bool DividedCall::TakeMessages() {
@@ -106,10 +96,10 @@ bool DividedCall::TakeMessages() {
                     " makes another call than this one: all ranks have to make the same");
       }
       if (head.is_answer) {
-        TakeAnswers(reader, head);
+        TakeAnswers(std::move(arrival->message), head);
         continue;
       }
-      reader.Take(std::size_t{head.count} * RecordKind::FromBits(head.kind).bytes());
+      reader.Take(std::size_t{head.count} * RayKind::FromBits(head.kind).bytes());
       reader.ExpectEnd();
     } catch (const CutMessage&) {
       throw Fault("rank " + std::to_string(arrival->from) + " has sent a message that was cut");
@@ -119,214 +109,238 @@ bool DividedCall::TakeMessages() {
   return took;
 }
 
-void DividedCall::TakeAnswers(Reader& reader, const BundleHead& head) {
+void DividedCall::TakeAnswers(Message message, const BundleHead& head) {
+  Reader reader(message);
+  reader.Take(sizeof(head));
   for (uint32_t i = 0; i < head.count; ++i) {
-    const auto index = reader.Take<uint32_t>();
-    if (index >= rays_.count) throw CutMessage();
-    KeepHit(index, query_ == Query::kClosest ? reader.Take<HitRecord>() : kNoHit);
+    if (reader.Take<uint32_t>() >= rays_.count) throw CutMessage();
+    reader.Take(BytesOfHit() - sizeof(uint32_t));
   }
   reader.ExpectEnd();
   ended_ += head.done;
+  if (head.count > 0) own_hits_.push_back(std::move(message));
 }
 
 bool DividedCall::Work() {
   if (!work_.empty()) {
-    const Message bundle = std::move(work_.front());
+    TakeBundle(work_.front());
+    link_.KeepRoom(std::move(work_.front()));
     work_.pop_front();
-    TraceBundle(bundle);
-    return true;
+  } else if (next_own_ < rays_.count) {
+    TakeOwnRays();
+  } else {
+    return false;
   }
-  if (next_own_ == rays_.count) return false;
-  SendOwnRays();
+  TraceBundle();
   return true;
 }
 
-void DividedCall::SendOwnRays() {
-  const std::size_t end = std::min(rays_.count, next_own_ + bundle_rays_);
-  for (; next_own_ < end; ++next_own_) {
-    const TravellingRay ray = FromView(rays_, next_own_, static_cast<uint32_t>(link_.rank()));
-    const RouteRay route = ray.route();
-    route_.Set(route, link_.rank());
-    Dispatch(ray, KindOf(ray, parts_.has_callbacks), route_.Next(route.limit, kNew));
+void DividedCall::TakeOwnRays() {
+  // Those that begin elsewhere leave at once.
+  bundle_.Resize(0);
+  while (next_own_ < rays_.count && bundle_.size() < bundle_rays_) {
+    const std::size_t first = bundle_.size();
+    const std::size_t end =
+        std::min({first + Routes::kMost, first + rays_.count - next_own_, bundle_rays_});
+    bundle_.Resize(end);
+    for (std::size_t i = first; i < end; ++i, ++next_own_) {
+      GetRay(rays_, next_own_, static_cast<uint32_t>(link_.rank()), bundle_.record(i),
+             bundle_.luggage(i));
+    }
+    SetRoutes(first, end);
+    std::size_t staying = first;
+    for (std::size_t i = first; i < end; ++i) {
+      const int next = routes_.NextWithin(i - first, bundle_.luggage(i).limit(), kNew);
+      if (next != link_.rank()) {
+        Dispatch(i, next);
+      } else {
+        bundle_.Copy(i, staying++);
+      }
+    }
+    bundle_.Resize(staying);
   }
 }
 
-void DividedCall::TraceBundle(const Message& bundle) {
-  Reader reader(bundle);
+void DividedCall::TakeBundle(const Message& message) {
+  Reader reader(message);
   const auto head = reader.Take<BundleHead>();
-  RecordKind kind = RecordKind::FromBits(head.kind);
-  const std::byte* const records = reader.Take(head.count * kind.bytes());
-  if (visitors_.size() < head.count) visitors_.resize(head.count);
-  const std::span<Visitor> visitors(visitors_.data(), head.count);
-  for (std::size_t i = 0; i < visitors.size(); ++i) {
-    Visitor& visitor = visitors[i];
-    visitor.ray = GetRay(records + i * kind.bytes(), kind);
-    visitor.found_primitive = visitor.found_geometry = visitor.found_instance = UINT32_MAX;
-    visitor.ends_here = false;
-    visitor.found_t = std::exchange(visitor.ray.tfar, visitor.ray.FindableTo());
-  }
-  Trace(visitors);
-  for (Visitor& visitor : visitors) {
-    TravellingRay& ray = visitor.ray;
-    const int next = NextOf(visitor);
-    if (visitor.has_found() &&
-        (visitor.found_key < ray.key ||
-         (visitor.found_key == ray.key && NameOf(visitor.found()) < NameOf(ray.hit)))) {
-      ray.hit = visitor.found();
-      ray.key = visitor.found_key;
-    }
-    kind.has_hit = ray.has_hit();
-    Dispatch(ray, kind, next);
+  const RayKind kind = RayKind::FromBits(head.kind);
+  const std::byte* const rays = reader.Take(head.count * kind.bytes());
+  bundle_.Resize(head.count);
+  for (std::size_t i = 0; i < head.count; ++i) {
+    GetRay(rays + i * kind.bytes(), kind, bundle_.record(i), bundle_.luggage(i));
   }
 }
 
-int DividedCall::NextOf(const Visitor& visitor) {
-  if (visitor.ends_here) return kNowhere;
-  RouteRay route = visitor.ray.route();
-  if (visitor.has_found()) {
-    // One that is occluded goes home.
-    if (query_ == Query::kAny) return kNowhere;
-    route.limit = std::min(route.limit, visitor.found_key);
+void DividedCall::TraceBundle() {
+  if (bundle_.size() == 0) return;
+  TraceHere();
+  unsure_.clear();
+  for (std::size_t first = 0; first < bundle_.size(); first += Routes::kMost) {
+    SendOn(first, std::min(first + Routes::kMost, bundle_.size()));
   }
-  route_.Set(route, static_cast<int>(visitor.ray.home));
-  return route_.Next(route.limit, link_.rank());
+  SendOnWithKeys();
 }
 
-void DividedCall::Trace(std::span<Visitor> visitors) {
+void DividedCall::TraceHere() {
   const Clock::time_point start = Clock::now();
-  Visitor& first = visitors[0];
-  const auto at = [](auto& value) { return reinterpret_cast<RayView::Component>(&value); };
-  RayView view;
-  view.count = visitors.size();
-  view.packet_stride = sizeof(Visitor);
-  TravellingRay& ray = first.ray;
-  view.org_x = at(ray.org[0]), view.org_y = at(ray.org[1]), view.org_z = at(ray.org[2]);
-  view.dir_x = at(ray.dir[0]), view.dir_y = at(ray.dir[1]), view.dir_z = at(ray.dir[2]);
-  view.tnear = at(ray.tnear), view.mask = at(ray.mask), view.time = at(ray.time);
-  view.id = at(ray.id), view.flags = at(ray.flags);
-  view.tfar = at(ray.tfar);
-  if (query_ == Query::kClosest) {
-    view.ng_x = at(first.found_ng[0]), view.ng_y = at(first.found_ng[1]);
-    view.ng_z = at(first.found_ng[2]);
-    view.u = at(first.found_u), view.v = at(first.found_v);
-    view.primitive_id = at(first.found_primitive);
-    view.geometry_id = at(first.found_geometry);
-    view.instance_id = at(first.found_instance);
-  }
-  local_.trace(query_, view, options_);
-  if (query_ == Query::kClosest) {
-    FindKeysOf(visitors);
-  } else {
-    for (Visitor& visitor : visitors) {
-      std::swap(visitor.ray.tfar, visitor.found_t);
-      if (visitor.found_t == -kInfinity) visitor.found_primitive = 0;
-    }
-  }
-  traffic_.rays_traced += visitors.size();
+  local_.trace(query_, bundle_.View(query_), options_);
+  traffic_.rays_traced += bundle_.size();
   traffic_.seconds_tracing += SecondsSince(start);
 }
 
-bool DividedCall::GoesNoFarther(const Visitor& visitor) {
-  const RouteRay route = visitor.ray.route();
-  route_.Set(route, static_cast<int>(visitor.ray.home));
-  const auto is_last = [&](float limit) { return route_.Next(limit, link_.rank()) == kNowhere; };
-  return is_last(route.limit) ||
-         is_last(std::min(route.limit, parts_.key_bounds.MostOf(visitor.ray, visitor.found())));
+void DividedCall::SetRoutes(std::size_t first, std::size_t end) {
+  routes_.Clear();
+  for (std::size_t i = first; i < end; ++i) routes_.Add(bundle_.route(i));
+  routes_.Find();
 }
 
-void DividedCall::FindKeysOf(std::span<Visitor> visitors) {
-  std::vector<FoundHit> hits;
-  std::vector<Visitor*> owners;
-  for (Visitor& visitor : visitors) {
-    std::swap(visitor.ray.tfar, visitor.found_t);
-    if (!visitor.has_found()) continue;
-    visitor.found_key = visitor.found_t;
-    // Callbacks see each candidate once.
-    if (parts_.has_callbacks) continue;
-    const TravellingRay& ray = visitor.ray;
-    // Nobody else has a say in the hit of a ray that carries none and goes no farther.
-    visitor.ends_here = !ray.has_hit() && GoesNoFarther(visitor);
-    if (visitor.ends_here) continue;
-    hits.push_back({&ray, ray.FindableTo(), visitor.found_t, 0});
-    owners.push_back(&visitor);
+void DividedCall::SendOn(std::size_t first, std::size_t end) {
+  SetRoutes(first, end);
+  static_assert(Routes::kMost <= KeyBounds::kMost);
+  KeyBounds::Asked asked[Routes::kMost];
+  Stop stops[Routes::kMost];
+  std::size_t numbers[Routes::kMost];
+  std::size_t asked_count = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    const RayRecord& ray = bundle_.record(i);
+    const Luggage& luggage = bundle_.luggage(i);
+    const Stop next = routes_.Next(i - first, link_.rank());
+    const auto goes_on = [&](float limit) { return next.IsWithin(limit); };
+    if (query_ == Query::kAny && ray.tfar == -kInfinity) {
+      End(i, true, {});
+    } else if (query_ == Query::kAny || ray.primitive_id == UINT32_MAX) {
+      Dispatch(i, goes_on(luggage.limit()) ? next.rank : kNowhere);
+    } else if (parts_.has_callbacks) {
+      // They see each candidate once, so that nothing can be asked again.
+      Merge(i, ray.tfar);
+      Dispatch(i, goes_on(luggage.limit()) ? next.rank : kNowhere);
+    } else if (!luggage.has_hit() && !goes_on(luggage.tfar)) {
+      // Nobody else has a say in it.
+      End(i, true, ray.found());
+    } else if (!luggage.has_hit() && !goes_on(ray.tfar)) {
+      // Nor here, unless the key is much larger than t.
+      stops[asked_count] = next;
+      numbers[asked_count] = i;
+      asked[asked_count++] = {&ray};
+    } else {
+      unsure_.push_back({&ray, i, luggage.FindableTo()});
+    }
   }
-  FindKeys(local_, hits);
-  for (std::size_t i = 0; i < hits.size(); ++i) owners[i]->found_key = hits[i].key;
-}
-
-void DividedCall::Dispatch(const TravellingRay& ray, RecordKind kind, int next) {
-  if (next == kNowhere) return End(ray);
-  const std::size_t number = static_cast<std::size_t>(next) * RecordKind::kKinds + kind.Bits();
-  Bucket& bucket = buckets_[number];
-  if (bucket.count == 0) {
-    bucket.message.Extend(sizeof(BundleHead) + bundle_rays_ * kind.bytes());
-    bucket.message.Shrink(sizeof(BundleHead));
+  parts_.key_bounds.Find({asked, asked_count});
+  for (std::size_t k = 0; k < asked_count; ++k) {
+    const std::size_t i = numbers[k];
+    if (stops[k].IsWithin(asked[k].most)) {
+      unsure_.push_back({asked[k].ray, i, bundle_.luggage(i).FindableTo()});
+    } else {
+      End(i, true, asked[k].ray->found());
+    }
   }
-  PutRay(ray, kind, bucket.message.Extend(kind.bytes()));
-  if (++bucket.count == bundle_rays_) Flush(number, bucket);
 }
 
-void DividedCall::End(const TravellingRay& ray) {
-  const int home = static_cast<int>(ray.home);
-  if (home == link_.rank()) {
+void DividedCall::SendOnWithKeys() {
+  if (unsure_.empty()) return;
+  const Clock::time_point start = Clock::now();
+  FindKeys(local_, unsure_);
+  traffic_.seconds_tracing += SecondsSince(start);
+  for (std::size_t first = 0; first < unsure_.size(); first += Routes::kMost) {
+    const std::span<const FoundHit> some =
+        std::span(unsure_).subspan(first, std::min(Routes::kMost, unsure_.size() - first));
+    routes_.Clear();
+    for (const FoundHit& hit : some) routes_.Add(bundle_.route(hit.number));
+    routes_.Find();
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const std::size_t i = some[k].number;
+      Merge(i, some[k].key);
+      Dispatch(i, routes_.NextWithin(k, bundle_.luggage(i).limit(), link_.rank()));
+    }
+  }
+}
+
+void DividedCall::Merge(std::size_t i, float key) {
+  Luggage& luggage = bundle_.luggage(i);
+  const HitRecord found = bundle_.record(i).found();
+  if (key > luggage.key || (key == luggage.key && NameOf(luggage.hit) < NameOf(found))) return;
+  luggage.hit = found;
+  luggage.key = key;
+}
+
+void DividedCall::Dispatch(std::size_t i, int next) {
+  const Luggage& luggage = bundle_.luggage(i);
+  if (next == kNowhere) return End(i, luggage.has_hit(), luggage.hit);
+  const RayRecord& ray = bundle_.record(i);
+  const RayKind kind = KindOf(ray, luggage, parts_.has_callbacks);
+  const std::size_t number = static_cast<std::size_t>(next) * RayKind::kKinds + kind.Bits();
+  Outgoing& outgoing = rays_out_[number];
+  PutRay(ray, luggage, kind, Append(outgoing, kind.bytes()));
+  if (outgoing.count == bundle_rays_) SendRays(number, outgoing);
+}
+
+void DividedCall::End(std::size_t i, bool has_hit, const HitRecord& hit) {
+  const Luggage& luggage = bundle_.luggage(i);
+  Outgoing& outgoing = answers_out_[luggage.home];
+  if (static_cast<int>(luggage.home) == link_.rank()) {
     ++ended_;
-    if (ray.has_hit()) KeepHit(ray.index, ray.hit);
-    return;
+  } else {
+    ++outgoing.done;
   }
-  Answers& answers = answers_[home];
-  ++answers.done;
-  if (ray.has_hit()) answers.hits.emplace_back(ray.index, ray.hit);
-  if (answers.hits.size() == bundle_rays_) SendAnswers(home, answers);
+  if (!has_hit) return;
+  std::byte* const to = Append(outgoing, BytesOfHit());
+  std::memcpy(to, &luggage.index, 4);
+  if (query_ == Query::kClosest) std::memcpy(to + 4, &hit, sizeof(hit));
+  if (outgoing.count == bundle_rays_) SendAnswers(static_cast<int>(luggage.home), outgoing);
 }
 
-BundleHead DividedCall::Head() const {
-  BundleHead head{};
+std::size_t DividedCall::BytesOfHit() const {
+  return sizeof(uint32_t) + (query_ == Query::kClosest ? sizeof(HitRecord) : 0);
+}
+
+std::byte* DividedCall::Append(Outgoing& outgoing, std::size_t bytes) {
+  if (outgoing.count++ == 0) {
+    outgoing.message = link_.Room(sizeof(BundleHead) + bundle_rays_ * bytes);
+    outgoing.message.Extend(sizeof(BundleHead));
+  }
+  return outgoing.message.Extend(bytes);
+}
+
+Message DividedCall::Finish(Outgoing& outgoing, BundleHead head) {
   head.query = static_cast<uint32_t>(query_);
   head.scene = parts_.number;
   head.call = call_;
-  return head;
+  head.count = outgoing.count;
+  head.done = outgoing.done;
+  if (outgoing.count == 0) outgoing.message.Extend(sizeof(head));
+  std::memcpy(outgoing.message.data(), &head, sizeof(head));
+  return std::exchange(outgoing, {}).message;
 }
 
-void DividedCall::Flush(std::size_t number, Bucket& bucket) {
-  if (bucket.count == 0) return;
-  const int to = static_cast<int>(number / RecordKind::kKinds);
-  BundleHead head = Head();
-  head.kind = static_cast<uint32_t>(number % RecordKind::kKinds);
-  head.count = std::exchange(bucket.count, 0);
-  std::memcpy(bucket.message.data(), &head, sizeof(head));
-  Message message = std::exchange(bucket.message, Message());
-  if (to == link_.rank()) {
-    work_.push_back(std::move(message));
-    return;
-  }
-  traffic_.rays_out += head.count;
-  link_.Send(to, tag_, std::move(message));
+void DividedCall::SendRays(std::size_t number, Outgoing& outgoing) {
+  if (outgoing.count == 0) return;
+  traffic_.rays_out += outgoing.count;
+  BundleHead head{};
+  head.kind = static_cast<uint32_t>(number % RayKind::kKinds);
+  link_.Send(static_cast<int>(number / RayKind::kKinds), tag_, Finish(outgoing, head));
 }
 
-void DividedCall::FlushAll() {
-  for (std::size_t number = 0; number < buckets_.size(); ++number) {
-    Flush(number, buckets_[number]);
-  }
-  for (auto& [home, answers] : answers_) SendAnswers(home, answers);
-}
-
-void DividedCall::SendAnswers(int home, Answers& answers) {
-  if (answers.done == 0) return;
-  BundleHead head = Head();
+void DividedCall::SendAnswers(int home, Outgoing& outgoing) {
+  if (outgoing.done == 0 && outgoing.count == 0) return;
+  BundleHead head{};
   head.is_answer = 1;
-  head.count = static_cast<uint32_t>(answers.hits.size());
-  head.done = answers.done;
-  Message message;
-  message.Put(head);
-  const std::size_t bytes_a_hit = 4 + (query_ == Query::kClosest ? sizeof(HitRecord) : 0);
-  std::byte* to = message.Extend(answers.hits.size() * bytes_a_hit);
-  for (const auto& [index, hit] : answers.hits) {
-    std::memcpy(to, &index, 4);
-    if (query_ == Query::kClosest) std::memcpy(to + 4, &hit, sizeof(hit));
-    to += bytes_a_hit;
+  if (home == link_.rank()) {
+    own_hits_.push_back(Finish(outgoing, head));
+  } else {
+    link_.Send(home, tag_, Finish(outgoing, head));
   }
-  answers = {};
-  link_.Send(home, tag_, std::move(message));
+}
+
+void DividedCall::SendAll() {
+  for (std::size_t number = 0; number < rays_out_.size(); ++number) {
+    SendRays(number, rays_out_[number]);
+  }
+  for (int home = 0; home < link_.size(); ++home) {
+    // Those of this rank go nowhere.
+    if (home != link_.rank()) SendAnswers(home, answers_out_[static_cast<std::size_t>(home)]);
+  }
 }
 
 }  // namespace dacrt::mpi

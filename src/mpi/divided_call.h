@@ -2,12 +2,10 @@
 #pragma once
 
 #include <deque>
-#include <map>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "dacrt/mpi.h"
+#include "hit_key.h"
 #include "key_bound.h"
 #include "members.h"
 #include "ray_bundle.h"
@@ -35,64 +33,47 @@ struct DividedParts {
 class DividedCall {
  public:
   DividedCall(Members& members, const LocalScene& local, const DividedParts& parts, uint64_t call,
-              std::size_t bundle_rays, Query query, const RayView& rays, const CallOptions& options,
-              Traffic& traffic);
+              std::size_t bundle_rays, Bundle& room, Query query, const RayView& rays,
+              const CallOptions& options, Traffic& traffic);
 
   /// Throws what goes wrong, when no ray has changed.
   void Run();
 
   /// Writes the hits into the program's records.
-  void Store() const;
+  void Store();
 
  private:
-  /// A ray that is traced here. The hit that is found stands behind the ray, so that both together
-  /// are a record as engines read them fastest.
-  struct Visitor {
-    TravellingRay ray;
-    float found_ng[3];
-    float found_u, found_v;
-    uint32_t found_primitive, found_geometry, found_instance;
-    float found_t;  ///< until it has been traced the ray's own tfar, and that of the record here
-    float found_key;
-    bool ends_here;  ///< its hit is final
-
-    bool has_found() const { return found_primitive != UINT32_MAX; }
-    HitRecord found() const {
-      return {found_t,         {found_ng[0], found_ng[1], found_ng[2]},
-              found_u,         found_v,
-              found_primitive, found_geometry,
-              found_instance};
-    }
-  };
-  struct Bucket {
+  /// What is on its way to a rank, in parts: rays of one kind, or answers.
+  struct Outgoing {
     Message message;
     uint32_t count = 0;
-  };
-  using IndexedHit = std::pair<uint32_t, HitRecord>;  ///< and the ray that has it
-  struct Answers {
-    uint64_t done = 0;
-    std::vector<IndexedHit> hits;
+    uint64_t done = 0;  ///< of answers: rays that go no farther, with a hit or without
   };
 
   bool TakeMessages();
-  void TakeAnswers(Reader& reader, const BundleHead& head);
+  void TakeAnswers(Message message, const BundleHead& head);
   bool Work();
-  void SendOwnRays();
-  void TraceBundle(const Message& bundle);
-  void Trace(std::span<Visitor> visitors);
-  void FindKeysOf(std::span<Visitor> visitors);
-  /// Whether the hit that a ray has found here is where it ends, whatever its key is.
-  bool GoesNoFarther(const Visitor& visitor);
-  /// Where a ray goes from here; a hit that was found here counts.
-  int NextOf(const Visitor& visitor);
-  void Dispatch(const TravellingRay& ray, RecordKind kind, int next);
-  void End(const TravellingRay& ray);
-  void KeepHit(uint32_t index, const HitRecord& hit);
-  void StoreOne(uint32_t index, HitRecord hit) const;
-  void Flush(std::size_t number, Bucket& bucket);
-  void FlushAll();
-  void SendAnswers(int home, Answers& answers);
-  BundleHead Head() const;
+  void TakeOwnRays();
+  void TakeBundle(const Message& message);
+
+  /// Traces the rays that are here and sends them on.
+  void TraceBundle();
+  void TraceHere();
+  void SendOn(std::size_t first, std::size_t end);
+  /// The same of rays whose hits need their keys.
+  void SendOnWithKeys();
+  void SetRoutes(std::size_t first, std::size_t end);
+  /// Makes the hit that was found for a ray the one that it carries, if it is closer.
+  void Merge(std::size_t i, float key);
+  void Dispatch(std::size_t i, int next);
+  void End(std::size_t i, bool has_hit, const HitRecord& hit);
+
+  std::size_t BytesOfHit() const;
+  std::byte* Append(Outgoing& outgoing, std::size_t bytes);
+  void SendRays(std::size_t number, Outgoing& outgoing);
+  void SendAnswers(int home, Outgoing& outgoing);
+  void SendAll();
+  Message Finish(Outgoing& outgoing, BundleHead head);
 
   Members& members_;
   Link& link_;
@@ -106,14 +87,15 @@ class DividedCall {
   Traffic& traffic_;
   const int tag_;
 
-  Route route_;
-  std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that has not left
+  Routes routes_;
+  std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that nothing was done for
   std::size_t ended_ = 0;     ///< of these, how many go no farther
-  std::deque<std::vector<IndexedHit>> own_hits_;
+  std::vector<Message> own_hits_;  ///< answers to this rank
   std::deque<Message> work_;
-  std::vector<Visitor> visitors_;   ///< room for those of a bundle
-  std::vector<Bucket> buckets_;     ///< by the rank that they go to and RecordKind::Bits
-  std::map<int, Answers> answers_;  ///< by home
+  Bundle& bundle_;                     ///< the rays that are here
+  std::vector<FoundHit> unsure_;       ///< of these: which have to know the key of their hit
+  std::vector<Outgoing> rays_out_;     ///< by the rank that they go to and RayKind::Bits
+  std::vector<Outgoing> answers_out_;  ///< by home
 };
 
 }  // namespace dacrt::mpi

@@ -38,7 +38,7 @@ std::vector<bool> HitsWithin(const LocalScene& local, std::span<FoundHit* const>
   std::vector<Probe> probes;
   probes.reserve(hits.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    const TravellingRay& ray = *hits[i]->ray;
+    const RayRecord& ray = *hits[i]->ray;
     probes.push_back({{ray.org[0], ray.org[1], ray.org[2]},
                       ray.tnear,
                       {ray.dir[0], ray.dir[1], ray.dir[2]},
@@ -61,11 +61,11 @@ float Above(float t) { return std::nextafter(t, kInfinity); }
 void FindKeys(const LocalScene& local, std::span<FoundHit> hits) {
   std::vector<FoundHit*> unsure;
   for (FoundHit& hit : hits) {
-    hit.key = std::min(hit.t, hit.limit);
-    if (Above(hit.t) < hit.limit) unsure.push_back(&hit);
+    hit.key = std::min(hit.ray->tfar, hit.limit);
+    if (Above(hit.ray->tfar) < hit.limit) unsure.push_back(&hit);
   }
   const std::vector<bool> is_t =
-      HitsWithin(local, unsure, [&](std::size_t i) { return Above(unsure[i]->t); });
+      HitsWithin(local, unsure, [&](std::size_t i) { return Above(unsure[i]->ray->tfar); });
   std::vector<FoundHit*> grazing;
   for (std::size_t i = 0; i < unsure.size(); ++i) {
     if (!is_t[i]) grazing.push_back(unsure[i]);
@@ -82,7 +82,7 @@ void FindKeys(const LocalScene& local, std::span<FoundHit> hits) {
   searches.reserve(grazing.size());
   for (const FoundHit* const hit : grazing) {
     searches.push_back(
-        {std::bit_cast<uint32_t>(Above(hit->t)), std::bit_cast<uint32_t>(hit->limit)});
+        {std::bit_cast<uint32_t>(Above(hit->ray->tfar)), std::bit_cast<uint32_t>(hit->limit)});
   }
   for (int step = 0; step < 31; ++step) {
     const std::vector<bool> does_hit =

@@ -19,10 +19,10 @@ inline auto NameOf(const HitRecord& hit) {
 
 /// A hit that one rank has found, for a ray that was traced up to `limit`.
 struct FoundHit {
-  const TravellingRay* ray;
+  const RayRecord* ray;  ///< with the hit
+  std::size_t number;    ///< in its bundle
   float limit;
-  float t;
-  float key;  ///< to be found out
+  float key = 0;  ///< to be found out
 };
 
 /// Finds the keys of hits. The key is the distance by which the engine decides which hit is closer:

@@ -15,15 +15,25 @@ class KeyBounds {
  public:
   explicit KeyBounds(std::span<const Geometry> geometries);
 
-  /// A number that the key of `hit` is not above; infinity where the hit is not one of a still
-  /// triangle mesh.
-  float MostOf(const TravellingRay& ray, const HitRecord& hit) const;
+  /// A ray with the hit that was found for it, and a number that the key is not above: infinity
+  /// where the hit is not one of a still triangle mesh.
+  struct Asked {
+    const RayRecord* ray;
+    float most = kInfinity;
+  };
+  static constexpr std::size_t kMost = 64;
+
+  /// Finds the numbers of kMost hits at most. Where triangles lie is known for all before the first
+  /// is looked at, so that memory is waited for once and not for each.
+  void Find(std::span<Asked> hits) const;
 
  private:
   struct Triangles {
     Array vertices, primitives;
     bool is_known = false;  ///< false for what is no still triangle mesh, and for IDs used twice
   };
+  const Triangles* TrianglesOf(const RayRecord& ray) const;
+
   std::map<uint32_t, Triangles> by_id_;
 };
 

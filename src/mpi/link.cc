@@ -8,6 +8,9 @@
 namespace dacrt::mpi {
 namespace {
 
+/// Smaller messages are made anew, and of larger ones so many are kept at most.
+constexpr std::size_t kLeastRoom = 1 << 16, kMostRooms = 16;
+
 void Check(int code, const char* function) {
   if (code == MPI_SUCCESS) return;
   char text[MPI_MAX_ERROR_STRING];
@@ -54,7 +57,8 @@ void Link::StartReceives(int tag) {
     if (!is_there) return;
     int bytes = 0;
     Check(MPI_Get_count(&status, MPI_BYTE, &bytes), "MPI_Get_count");
-    auto message = std::make_shared<Message>(static_cast<std::size_t>(bytes));
+    auto message = std::make_shared<Message>(Room(static_cast<std::size_t>(bytes)));
+    message->Extend(static_cast<std::size_t>(bytes));
     Transfer receive{status.MPI_SOURCE, tag, message, MPI_REQUEST_NULL};
     Check(MPI_Imrecv(message->data(), bytes, MPI_BYTE, &handle, &receive.request), "MPI_Imrecv");
     receives_.push_back(std::move(receive));
@@ -83,10 +87,35 @@ std::optional<Link::Arrival> Link::Receive(int tag) {
   return std::nullopt;
 }
 
+Message Link::Room(std::size_t bytes) {
+  const auto room = std::find_if(rooms_.begin(), rooms_.end(), [&](const Message& message) {
+    return message.capacity() >= bytes;
+  });
+  Message message;
+  if (room != rooms_.end()) {
+    message = std::move(*room);
+    rooms_.erase(room);
+  } else {
+    message.Extend(bytes);
+  }
+  message.Shrink(0);
+  return message;
+}
+
+void Link::KeepRoom(Message message) {
+  if (message.capacity() >= kLeastRoom && rooms_.size() < kMostRooms) {
+    rooms_.push_back(std::move(message));
+  }
+}
+
 bool Link::Progress() {
-  const auto is_done = [](Transfer& send) {
+  const auto is_done = [&](Transfer& send) {
     int done = 0;
     Check(MPI_Test(&send.request, &done, MPI_STATUS_IGNORE), "MPI_Test");
+    // Others may send the same one.
+    if (done && send.message.use_count() == 1) {
+      KeepRoom(std::move(const_cast<Message&>(*send.message)));
+    }
     return done != 0;
   };
   return std::erase_if(sends_, is_done) > 0;

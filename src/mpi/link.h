@@ -46,6 +46,11 @@ class Link {
   /// The next message with `tag` that is here whole, if any.
   std::optional<Arrival> Receive(int tag);
 
+  /// An empty message with room for `bytes`. That of messages which have been sent, and of those
+  /// that are handed back, is used again: fresh memory of megabytes costs as much as filling it.
+  Message Room(std::size_t bytes);
+  void KeepRoom(Message message);
+
   /// Lets MPI work on what is being sent. True if something was finished.
   bool Progress();
 
@@ -77,6 +82,7 @@ class Link {
   int rank_ = 0, size_ = 1;
   std::vector<Transfer> sends_;
   std::deque<Transfer> receives_;  ///< in the order in which they came
+  std::vector<Message> rooms_;
   uint64_t messages_sent_ = 0, messages_received_ = 0, bytes_sent_ = 0, bytes_received_ = 0;
 };
 

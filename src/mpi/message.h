@@ -27,6 +27,7 @@ class Message {
   std::byte* data() { return data_.get(); }
   const std::byte* data() const { return data_.get(); }
   std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
 
   /// `bytes` more, of undefined contents. What was there may move.
   std::byte* Extend(std::size_t bytes) {

@@ -8,18 +8,25 @@
 namespace dacrt::mpi {
 namespace {
 
-/// By how much bounds are widened, as a part of the numbers in sight on an axis; distances alike.
-/// Single precision rounds to less than 2^-24, and a triangle test rounds some ten times.
-constexpr double kSlack = 0x1p-18;
 /// And by how much at least: the engine widens the box of each triangle by half of it, so that of
 /// triangles as small as that hits beside them count.
-constexpr double kLeastSlack = 2e-20;
+constexpr float kLeastSlack = 2e-20f;
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+using routes::kSlack;
+using routes::Later;
 
 // Infinity stays what it is.
-double Later(double distance) { return distance * (1 + std::copysign(kSlack, distance)); }
-double Earlier(double distance) { return distance * (1 - std::copysign(kSlack, distance)); }
+float Earlier(float distance) { return distance * (1 - std::copysign(kSlack, distance)); }
+
+/// Infinity for a ray along a slab, which is in it from -infinity to infinity, or never. Not a
+/// number, which says nothing of the ray, where it is too much for a number.
+float ReciprocalOf(float component) {
+  const float reciprocal = 1 / component;
+  const bool is_too_much = component != 0 && std::abs(reciprocal) == kNever;
+  return is_too_much ? std::numeric_limits<float>::quiet_NaN() : reciprocal;
+}
 
 }  // namespace
 
@@ -27,61 +34,70 @@ RouteBoxes::RouteBoxes(std::span<const Bounds> bounds) {
   for (const Bounds& part : bounds) {
     Box box;
     for (int axis = 0; axis < 3; ++axis) {
-      const double lower = part.lower[axis], upper = part.upper[axis];
-      const double slack = kSlack * std::max(std::abs(lower), std::abs(upper)) + kLeastSlack;
+      const float lower = part.lower[axis], upper = part.upper[axis];
+      const float slack = kSlack * std::max(std::abs(lower), std::abs(upper)) + kLeastSlack;
       box.lower[axis] = lower - slack;
       box.upper[axis] = upper + slack;
     }
-    // There is nothing in it: no ray enters what is not a number.
-    if (!(part.lower[0] <= part.upper[0])) {
-      box.lower[0] = box.upper[0] = std::numeric_limits<double>::quiet_NaN();
-    }
+    box.is_empty = !(part.lower[0] <= part.upper[0]);
     boxes_.push_back(box);
   }
 }
 
-void Route::Set(const RouteRay& ray, int home) {
-  home_ = home;
-  const double start = std::max(ray.tnear, 0.0f);
-  // The slack of the origin is that of both faces.
-  double reciprocal[3], to_lower[3], to_upper[3];
+// The inner loops are over rays, for the compiler to do several at once.
+void Routes::Find() {
+  Row reciprocals[3], to_lower[3], to_upper[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const double org = ray.org[axis], slack = kSlack * std::abs(org);
-    // A ray along a slab is in it from -infinity to infinity, or never.
-    reciprocal[axis] = 1 / static_cast<double>(ray.dir[axis]);
-    to_lower[axis] = -org - slack;
-    to_upper[axis] = -org + slack;
+    for (std::size_t i = 0; i < kMost; ++i) {
+      // The slack of the origin is that of both faces.
+      const float org = orgs_[axis][i], slack = kSlack * std::abs(org);
+      reciprocals[axis][i] = ReciprocalOf(dirs_[axis][i]);
+      to_lower[axis][i] = -org - slack;
+      to_upper[axis][i] = -org + slack;
+    }
   }
   for (std::size_t rank = 0; rank < entries_.size(); ++rank) {
     const RouteBoxes::Box& box = boxes_.boxes_[rank];
-    double first = -kNever, last = kNever;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double lower = (box.lower[axis] + to_lower[axis]) * reciprocal[axis];
-      const double upper = (box.upper[axis] + to_upper[axis]) * reciprocal[axis];
-      first = std::max(first, std::min(lower, upper));
-      last = std::min(last, std::max(lower, upper));
+    Row& entries = entries_[rank];
+    if (box.is_empty) {
+      entries.fill(kNever);
+      continue;
     }
-    const double entry = std::max(start, Earlier(first));
-    const bool is_entered = box.lower[0] <= box.upper[0] && entry <= Later(Later(last));
-    entries_[rank] = is_entered ? entry : kNever;
+    Row first, last;
+    first.fill(-kNever);
+    last.fill(kNever);
+    for (int axis = 0; axis < 3; ++axis) {
+      const float box_lower = box.lower[axis], box_upper = box.upper[axis];
+      for (std::size_t i = 0; i < kMost; ++i) {
+        const float lower = (box_lower + to_lower[axis][i]) * reciprocals[axis][i];
+        const float upper = (box_upper + to_upper[axis][i]) * reciprocals[axis][i];
+        // What is not a number changes nothing.
+        first[i] = std::max(first[i], std::min(lower, upper));
+        last[i] = std::min(last[i], std::max(lower, upper));
+      }
+    }
+    for (std::size_t i = 0; i < kMost; ++i) {
+      const float entry = std::max(std::max(tnears_[i], 0.0f), Earlier(first[i]));
+      entries[i] = entry <= Later(Later(last[i])) ? entry : kNever;
+    }
   }
 }
 
-int Route::Next(float limit, int last) const {
+Stop Routes::Next(std::size_t i, int last) const {
   const int ranks = static_cast<int>(entries_.size());
-  const double latest = Later(limit);
-  const auto stop = [&](int rank) {
-    return std::pair(entries_[static_cast<std::size_t>(rank)], (rank - home_ + ranks) % ranks);
-  };
-  const auto none = std::pair(kNever, 0);
-  const auto after = last == kNew ? std::pair(-1.0, -1) : stop(last);
-  auto next = none;
+  const int home = homes_[i];
+  const auto entry = [&](int rank) { return entries_[static_cast<std::size_t>(rank)][i]; };
+  const auto turn = [&](int rank) { return rank < home ? rank - home + ranks : rank - home; };
+  const float last_entry = last == kNew ? -1 : entry(last);
+  Stop next{kNowhere, kNever};
   for (int rank = 0; rank < ranks; ++rank) {
-    if (!(entries_[static_cast<std::size_t>(rank)] <= latest)) continue;
-    const auto candidate = stop(rank);
-    if (candidate > after && candidate < next) next = candidate;
+    const float candidate = entry(rank);
+    if (!(candidate >= last_entry && candidate <= next.entry && candidate < kNever)) continue;
+    if (candidate == last_entry && turn(rank) <= turn(last)) continue;
+    if (candidate == next.entry && turn(rank) > turn(next.rank)) continue;
+    next = {rank, candidate};
   }
-  return next == none ? kNowhere : (next.second + home_) % ranks;
+  return next;
 }
 
 }  // namespace dacrt::mpi

@@ -1,6 +1,8 @@
 // Where a ray goes next: to the ranks whose bounds it enters, nearest first.
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -9,10 +11,11 @@
 
 namespace dacrt::mpi {
 
-/// A ray on its way. `limit` is the distance beyond which no hit counts any more.
+/// A ray on its way.
 struct RouteRay {
   float org[3], dir[3];
-  float tnear, limit;
+  float tnear;
+  int home;  ///< the rank whose ray it is
 };
 
 /// There is no rank where the ray may still hit something.
@@ -29,30 +32,74 @@ class RouteBoxes {
   std::size_t size() const { return boxes_.size(); }
 
  private:
-  friend class Route;
+  friend class Routes;
   struct Box {
-    double lower[3], upper[3];
+    float lower[3], upper[3];
+    bool is_empty;
   };
   std::vector<Box> boxes_;
 };
 
-/// The ranks that a ray enters. All ranks find the same.
-class Route {
+namespace routes {
+
+/// By how much bounds are widened, as a part of the numbers in sight on an axis; distances alike.
+/// Single precision rounds to less than 2^-24, a triangle test rounds some ten times, and what is
+/// done here another few.
+inline constexpr float kSlack = 0x1p-18f;
+
+inline float Later(float distance) { return distance * (1 + std::copysign(kSlack, distance)); }
+
+}  // namespace routes
+
+/// A rank that a ray visits.
+struct Stop {
+  int rank;
+  float entry;  ///< where the ray enters what the rank has
+
+  /// Whether a hit there counts.
+  bool IsWithin(float limit) const { return rank != kNowhere && entry <= routes::Later(limit); }
+};
+
+/// The ranks that each of some rays enters. All ranks find the same.
+class Routes {
  public:
-  explicit Route(const RouteBoxes& boxes) : boxes_(boxes), entries_(boxes.size()) {}
+  /// Rays that are looked at together.
+  static constexpr std::size_t kMost = 64;
 
-  /// From now on of this ray, of rank `home`.
-  void Set(const RouteRay& ray, int home);
+  explicit Routes(const RouteBoxes& boxes) : boxes_(boxes), entries_(boxes.size()) {}
 
-  /// The rank that the ray visits after `last`: of those whose bounds it enters within `limit`, the
-  /// one that it enters next; those entered at the same distance in the order of ranks from home
-  /// on. Each is visited once, whatever the limit becomes on the way.
-  int Next(float limit, int last) const;
+  /// The rays, kMost at most: Clear, then Add each, then Find.
+  void Clear() { count_ = 0; }
+  void Add(const RouteRay& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+      orgs_[axis][count_] = ray.org[axis];
+      dirs_[axis][count_] = ray.dir[axis];
+    }
+    tnears_[count_] = ray.tnear;
+    homes_[count_++] = ray.home;
+  }
+  void Find();
+
+  /// The rank that ray i of these visits after `last`: of those whose bounds it enters, the one
+  /// that it enters next; those entered at the same distance in the order of ranks from home on.
+  /// With one that is not within the ray's limit, or kNowhere, its way ends. Each is visited once,
+  /// whatever the limit becomes on the way.
+  Stop Next(std::size_t i, int last) const;
+
+  /// The same if it is within `limit`, else kNowhere.
+  int NextWithin(std::size_t i, float limit, int last) const {
+    const Stop next = Next(i, last);
+    return next.IsWithin(limit) ? next.rank : kNowhere;
+  }
 
  private:
+  using Row = std::array<float, kMost>;  ///< a value of each ray
+
   const RouteBoxes& boxes_;
-  std::vector<double> entries_;  ///< where the ray enters what each rank has
-  int home_ = 0;
+  std::vector<Row> entries_;  ///< by rank
+  std::size_t count_ = 0;
+  Row orgs_[3]{}, dirs_[3]{}, tnears_{};
+  std::array<int, kMost> homes_{};
 };
 
 }  // namespace dacrt::mpi

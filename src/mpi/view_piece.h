@@ -59,29 +59,29 @@ inline uint32_t ReadBits(const RayView& view, RayView::Component component, std:
   return bits;
 }
 
-template <class T>
-void Write(const RayView& view, RayView::Component component, std::size_t i, T value) {
-  static_assert(sizeof(T) == 4);
-  if (component == RayView::kAbsent) return;
-  std::memcpy(reinterpret_cast<void*>(view.Address(component, i)), &value, sizeof(value));
-}
-
 /// What Query::kClosest writes for a hit of ray i.
-inline void WriteHit(const RayView& view, std::size_t i, const HitRecord& hit) {
-  Write(view, view.tfar, i, hit.t);
-  Write(view, view.ng_x, i, hit.ng[0]);
-  Write(view, view.ng_y, i, hit.ng[1]);
-  Write(view, view.ng_z, i, hit.ng[2]);
-  Write(view, view.u, i, hit.u);
-  Write(view, view.v, i, hit.v);
-  Write(view, view.primitive_id, i, hit.primitive_id);
-  Write(view, view.geometry_id, i, hit.geometry_id);
-  Write(view, view.instance_id, i, hit.instance_id);
+inline void WriteHit(RayView view, std::size_t i, const HitRecord& hit) {
+  const std::uintptr_t start = view.Address(0, i);
+  const auto write = [&](RayView::Component component, auto value) {
+    static_assert(sizeof(value) == 4);
+    if (component == RayView::kAbsent) return;
+    std::memcpy(reinterpret_cast<void*>(start + component), &value, sizeof(value));
+  };
+  write(view.tfar, hit.t);
+  write(view.ng_x, hit.ng[0]);
+  write(view.ng_y, hit.ng[1]);
+  write(view.ng_z, hit.ng[2]);
+  write(view.u, hit.u);
+  write(view.v, hit.v);
+  write(view.primitive_id, hit.primitive_id);
+  write(view.geometry_id, hit.geometry_id);
+  write(view.instance_id, hit.instance_id);
 }
 
 /// What Query::kAny writes for a hit of ray i.
 inline void WriteOccluded(const RayView& view, std::size_t i) {
-  Write(view, view.tfar, i, -std::numeric_limits<float>::infinity());
+  const float occluded = -std::numeric_limits<float>::infinity();
+  std::memcpy(reinterpret_cast<void*>(view.Address(view.tfar, i)), &occluded, sizeof(occluded));
 }
 
 }  // namespace dacrt::mpi

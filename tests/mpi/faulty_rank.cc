@@ -92,7 +92,7 @@ void RunMember(const std::string& fault) {
   head.count = 1;
   Message rays;
   rays.Put(head);
-  rays.Extend(RecordKind().bytes());
+  rays.Extend(RayKind().bytes());
   GoWrong(fault, std::move(rays), [&](Message cut) {
     members.link().Send(0, kTagRays, std::move(cut));
     members.link().Progress();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <random>
 #include <vector>
 
 #include "greeting.h"
@@ -211,12 +212,20 @@ std::vector<Bounds> Row(int count) {
   return boxes;
 }
 
-std::vector<int> RouteOf(const std::vector<Bounds>& boxes, const RouteRay& ray, int home) {
+struct Segment {
+  float org[3], dir[3];
+  float tnear, tfar;
+};
+
+std::vector<int> RouteOf(const std::vector<Bounds>& boxes, const Segment& segment, int home) {
+  const auto& [org, dir, tnear, tfar] = segment;
+  const RouteRay ray{{org[0], org[1], org[2]}, {dir[0], dir[1], dir[2]}, tnear, home};
   std::vector<int> ranks;
   const RouteBoxes route_boxes(boxes);
-  Route route(route_boxes);
-  route.Set(ray, home);
-  for (int rank = kNew; (rank = route.Next(ray.limit, rank)) != kNowhere;) {
+  Routes routes(route_boxes);
+  routes.Add(ray);
+  routes.Find();
+  for (int rank = kNew; (rank = routes.NextWithin(0, tfar, rank)) != kNowhere;) {
     ranks.push_back(rank);
     if (ranks.size() > boxes.size()) break;
   }
@@ -247,6 +256,92 @@ TEST(Routes, PassByWhereNothingIs) {
   std::vector<Bounds> row = Row(3);
   row[1] = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   EXPECT_EQ(RouteOf(row, {{-1, .5f, .5f}, {1, 0, 0}, 0, kInfinity}, 0), (std::vector<int>{0, 2}));
+}
+
+/// Where a ray enters a box, in double precision and without any slack; infinity if it does not.
+double EntryOf(const Bounds& box, const Segment& ray) {
+  double first = ray.tnear, last = std::min(ray.tfar, std::numeric_limits<float>::max());
+  for (int axis = 0; axis < 3; ++axis) {
+    const double org = ray.org[axis], dir = ray.dir[axis];
+    const double low = box.lower[axis] - org, high = box.upper[axis] - org;
+    if (dir == 0) {
+      if (low > 0 || high < 0) return INFINITY;
+      continue;
+    }
+    first = std::max(first, std::min(low / dir, high / dir));
+    last = std::min(last, std::max(low / dir, high / dir));
+  }
+  return first <= last ? first : INFINITY;
+}
+
+TEST(Routes, MissNoBoxThatIsEntered) {
+  std::mt19937 random(5);
+  const auto uniform = [&](float from, float to) {
+    return std::uniform_real_distribution<float>(from, to)(random);
+  };
+  std::size_t visits = 0, detours = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const float size = std::exp2(uniform(-60, 60)), away = round % 3 == 0 ? 1000 * size : 0;
+    std::vector<Bounds> boxes(5);
+    for (Bounds& box : boxes) {
+      for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = away + size * uniform(-1, 1);
+        box.upper[axis] = box.lower[axis] + size * uniform(0, 1);
+      }
+    }
+    // Towards one of them; some so short that their reciprocal is no number.
+    const bool is_short = round % 4 == 0;
+    const float length = is_short ? 1e-39f : std::exp2(uniform(-20, 20));
+    Segment ray{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const float centre = boxes[0].lower[axis] / 2 + boxes[0].upper[axis] / 2;
+      ray.org[axis] = away + size * uniform(-2, 2);
+      ray.dir[axis] = length * ((centre - ray.org[axis]) / size + uniform(-.2f, .2f));
+      if (round % 5 == axis) ray.org[axis] = centre, ray.dir[axis] = 0;
+    }
+    ray.tfar = round % 2 == 0 ? kInfinity : size / length * uniform(0, 4);
+    const std::vector<int> route = RouteOf(boxes, ray, round % 5);
+    double latest = 0;
+    for (const int rank : route) {
+      const double entry = EntryOf(boxes[static_cast<std::size_t>(rank)], ray);
+      if (entry == INFINITY) {
+        detours += !is_short;
+        continue;
+      }
+      // Next to each other where they are entered at about the same distance.
+      EXPECT_TRUE(is_short || entry >= latest - .02 * size / length) << round;
+      latest = entry;
+      ++visits;
+    }
+    for (int rank = 0; rank < 5; ++rank) {
+      if (std::find(route.begin(), route.end(), rank) != route.end()) continue;
+      EXPECT_EQ(EntryOf(boxes[static_cast<std::size_t>(rank)], ray), INFINITY) << round;
+    }
+  }
+  EXPECT_GT(visits, 2000u);
+  EXPECT_LT(detours, visits / 20);
+}
+
+TEST(Routes, OfManyRaysAreThoseOfEach) {
+  const std::vector<Bounds> row = Row(3);
+  const RouteBoxes boxes(row);
+  Routes routes(boxes);
+  const auto ray_of = [](std::size_t i) {
+    const auto x = static_cast<float>(i) / 8 - 1;
+    return Segment{{x, .5f, .5f}, {i % 2 ? 1.0f : -1.0f, 0, 0}, 0, 3};
+  };
+  for (std::size_t i = 0; i < Routes::kMost; ++i) {
+    const Segment ray = ray_of(i);
+    routes.Add({{ray.org[0], ray.org[1], ray.org[2]}, {ray.dir[0], 0, 0}, 0, 1});
+  }
+  routes.Find();
+  for (std::size_t i = 0; i < Routes::kMost; ++i) {
+    std::vector<int> ranks;
+    for (int rank = kNew; (rank = routes.NextWithin(i, 3, rank)) != kNowhere;) {
+      ranks.push_back(rank);
+    }
+    EXPECT_EQ(ranks, RouteOf(row, ray_of(i), 1)) << i;
+  }
 }
 
 TEST(Routes, AreOnesOwnForRaysThatAreNoRays) {
