@@ -50,6 +50,82 @@ TEST(ShapesTest, TrianglesThroughAFilterAreTheSame) {
   }
 }
 
+// In a robust scene a ray passes a corner by a rounding, and u and v come out as a rounding more
+// than one.
+TEST(ShapesTest, CornersThroughAFilterAreTheSame) {
+  Random random(11);
+  const Model model = MakeTriangles(random, 2000);
+  const Geometry plain = TriangleView(model, 4);
+  Geometry filtered = plain;
+  filtered.closest_filter = filtered.any_filter = {AcceptAll, nullptr};
+  auto rays = MakeRays(random, 10 * 3 * 2000);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float corner = model.steps[0][i % 6000 * 3 + axis];
+      rays[i].org[axis] = corner + 0.1f * rays[i].dir[axis];
+      rays[i].dir[axis] = corner - rays[i].org[axis];
+    }
+  }
+  for (const bool robust : {false, true}) {
+    const auto expected = Trace(*MakeScene({plain}, kDefaultBudget, robust), rays);
+    EXPECT_GT(std::count_if(expected.begin(), expected.end(),
+                            [](const Ray& ray) { return ray.IsHit() && ray.u == 1; }),
+              100);
+    ExpectSameRays(Trace(*MakeScene({filtered}, kDefaultBudget, robust), rays), expected,
+                   robust ? "robust" : "as ever");
+  }
+}
+
+// Triangles that overlap in one plane, numbered against their order in space, of two geometries in
+// turn. Beside a quad, which takes two lanes of a leaf, names decide; else numbers do.
+TEST(ShapesTest, EqualDistancesBesideAQuadGoByNames) {
+  Random random(12);
+  constexpr int kCount = 600;
+  Model models[2], quad;
+  for (Model& model : models) model.steps.resize(1);
+  for (int i = 0; i < kCount; ++i) {
+    const float y = 1 - 2 * static_cast<float>(i) / kCount;
+    Model& model = models[i % 2];
+    for (const float value : {1.0f, y - 0.1f, -1.0f, 1.0f, y + 0.1f, -1.0f, 1.0f, y, 1.0f}) {
+      model.steps[0].push_back(value);
+    }
+    for (int corner = 0; corner < 3; ++corner) {
+      model.indices.push_back(static_cast<uint32_t>(model.indices.size()));
+    }
+  }
+  quad.steps = {{5, 0, 0, 5, 1, 0, 5, 1, 1, 5, 0, 1}};
+  quad.indices = {0, 1, 2, 3};
+  Geometry beside = quad.View(3);
+  beside.shape = Shape::kQuads;
+  beside.geometry_id = 9;
+  beside.primitive_count = 1;
+  beside.primitives = {quad.indices.data(), 16};
+  const Geometry odd = TriangleView(models[1], 4), even = TriangleView(models[0], 8);
+  std::vector<TimedRay> rays(2000);
+  for (TimedRay& ray : rays) {
+    ray.org = {-1, random.Uniform(-1, 1), random.Uniform(-1, 1)};
+    ray.dir = {1, 0, 0};
+    ray.tfar = 4;
+  }
+  const auto expected = Trace(*MakeScene({odd, even}, kDefaultBudget), rays);
+  EXPECT_GT(CountHits(expected), 1000u);
+  for (const TimedRay& ray : expected) {
+    float least = kInfinity;
+    for (int i = 1; i < kCount; i += 2) {
+      const float* const v = models[1].steps[0].data() + 9 * (i / 2);
+      const float half = 0.1f * (1 - ray.org[2]) / 2;
+      if (std::abs(ray.org[1] - v[7]) < 0.999f * half) least = std::min(least, float(i / 2));
+    }
+    if (!ray.IsHit() || least == kInfinity) continue;
+    EXPECT_EQ(ray.geometry_id, 4u);
+    EXPECT_LE(ray.primitive_id, least);
+  }
+  for (const auto& scene : {MakeScene({odd, even, beside}, kDefaultBudget),
+                            MakeScene({beside, even, odd}, kDefaultBudget)}) {
+    ExpectSameRays(Trace(*scene, rays), expected, "beside a quad");
+  }
+}
+
 TEST(ShapesTest, QuadsAreTheirTwoTriangles) {
   Random random(2);
   Model quads, triangles;
