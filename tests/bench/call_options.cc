@@ -20,8 +20,8 @@ Scenes: hall-N (generated; N as 75k, 2m or 123456), box-36, a name such as sponz
 folder of scenes), or any mesh that Assimp reads.
 
 Calls of 1 ray are rtcIntersect1 and rtcOccluded1, of 4, 8 and 16 rays packets, of more rays streams.
-Packets and single rays are sent from as many threads to both libraries; a stream is cut up between
-threads for Embree and sent in one call to dacrt.
+Single rays, packets and streams of up to 4K rays are sent from as many threads to both libraries; a larger
+stream is cut up between threads for Embree and sent in one call to dacrt.
 
   tests/bench/run calls --scene box-36
   tests/bench/run calls --scene sponza --kind diffuse --rays 1 64 1M --isa avx2

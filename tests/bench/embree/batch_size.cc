@@ -41,6 +41,12 @@ std::size_t BatchSize::RaysOfBatch(std::size_t picture_rays) const {
   return IsSlice() ? std::min(rays, picture_rays) : picture_rays;
 }
 
+std::size_t BatchSize::RaysOfRun(std::size_t picture_rays, int threads) const {
+  const std::size_t batch = RaysOfBatch(picture_rays);
+  if (threads == 1 || !IsStream() || !IsSlice()) return batch;
+  return std::max(std::min(kRaysOfCalls, picture_rays) / batch, std::size_t{1}) * batch;
+}
+
 std::span<const Call> BatchSize::Calls() const {
   switch (rays) {
     case 1:

@@ -33,6 +33,10 @@ struct BatchSize {
   /// of a stream call, or some thousands of single rays or in full packets.
   std::size_t RaysOfBatch(std::size_t picture_rays) const;
 
+  /// Rays that `threads` share out in calls of this size, on a still scene, before one of them
+  /// waits for another: a batch, or where this is one small stream, some thousands in many of them.
+  std::size_t RaysOfRun(std::size_t picture_rays, int threads) const;
+
   /// The calls by which a program may send as many rays at a time: a stream as single rays, too.
   std::span<const Call> Calls() const;
 };

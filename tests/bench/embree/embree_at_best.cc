@@ -77,23 +77,22 @@ EmbreeAtBest::EmbreeAtBest(const std::string& path, const SceneContent& content,
 }
 
 EmbreeAtBest::Best EmbreeAtBest::Find(Query query, const BatchSize& size, std::size_t batch,
-                                      RayBuffer& rays) const {
+                                      std::size_t run, RayBuffer& rays) const {
   RayBuffer heat_rays = HeatRays(rays);
-  std::vector<Trial> trials;
-  for (const EmbreeVariant& variant : Variants(query, size, batch)) {
-    trials.push_back(Try(variant, query, heat_rays));
-  }
-  std::vector<Trial> finals;
-  for (const auto time : {&Trial::one_shot, &Trial::steady}) {
-    if (time == &Trial::one_shot && !anew_) continue;
+  const auto best = [&](std::size_t together, double Trial::*time) {
+    std::vector<Trial> trials;
+    for (const EmbreeVariant& variant : Variants(query, size, together)) {
+      trials.push_back(Try(variant, query, heat_rays));
+    }
     std::ranges::sort(trials, {}, time);
+    std::vector<Trial> finals;
     for (const Trial& trial : std::span(trials).first(std::min(kFinalists, trials.size()))) {
-      if (std::ranges::find(finals, trial.variant, &Trial::variant) != finals.end()) continue;
       finals.push_back(Try(trial.variant, query, rays));
     }
-  }
-  return {std::ranges::min_element(finals, {}, &Trial::one_shot)->variant,
-          std::ranges::min_element(finals, {}, &Trial::steady)->variant};
+    return std::ranges::min_element(finals, {}, time)->variant;
+  };
+  const EmbreeVariant steady = best(run, &Trial::steady);
+  return {anew_ ? best(batch, &Trial::one_shot) : steady, steady};
 }
 
 const EmbreeLibrary& EmbreeAtBest::Library(const EmbreeVariant& variant) const {
@@ -120,7 +119,9 @@ std::vector<EmbreeVariant> EmbreeAtBest::Variants(Query query, const BatchSize& 
         variants.push_back({still.isa, still.build, DeliveryOfCalls(call, batch, threads_)});
         continue;
       }
-      for (const std::size_t slice : SliceSizes(batch, threads_)) {
+      const bool is_run = batch != size.RaysOfBatch(batch);
+      for (const std::size_t slice :
+           is_run ? std::vector{size.rays} : SliceSizes(batch, threads_)) {
         variants.push_back({still.isa, still.build, {call, batch, slice, threads_}});
       }
     }

@@ -49,8 +49,9 @@ class EmbreeAtBest {
 
   /// Tries every variant on some tens of thousands of rays from the middle of `rays`, then the two
   /// best for each use on all of them, which then hold Embree's hits. `batch` is size.RaysOfBatch
-  /// of the picture.
-  Best Find(Query query, const BatchSize& size, std::size_t batch, RayBuffer& rays) const;
+  /// of the picture, `run` its RaysOfRun.
+  Best Find(Query query, const BatchSize& size, std::size_t batch, std::size_t run,
+            RayBuffer& rays) const;
 
   const EmbreeLibrary& Library(const EmbreeVariant& variant) const;
   const CommittedScene& StillScene(const EmbreeVariant& variant) const;
@@ -69,6 +70,7 @@ class EmbreeAtBest {
   struct Trial;
 
   const Still& Find(const EmbreeVariant& variant) const;
+  /// With batches of so many rays; where `batch` is not that of the size, each call has its rays.
   std::vector<EmbreeVariant> Variants(Query query, const BatchSize& size, std::size_t batch) const;
   Trial Try(const EmbreeVariant& variant, Query query, RayBuffer& rays) const;
 

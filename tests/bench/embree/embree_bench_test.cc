@@ -159,9 +159,12 @@ TEST_F(DeliveryTest, EmbreesBestIsOneOfTheVariantsOfItsThreads) {
     for (const char* const name : {"1", "8", "64", "4K"}) {
       const BatchSize& size = *FindBatchSize(name);
       const std::size_t batch = size.RaysOfBatch(kRays);
-      const EmbreeAtBest::Best best = embree.Find(Query::kAny, size, batch, rays_);
+      const std::size_t run = size.RaysOfRun(kRays, threads);
+      const EmbreeAtBest::Best best = embree.Find(Query::kAny, size, batch, run, rays_);
+      EXPECT_EQ(best.one_shot.delivery.batch, batch);
+      EXPECT_EQ(best.steady.delivery.batch, run);
+      EXPECT_TRUE(run == batch || best.steady.delivery.slice == size.rays);
       for (const EmbreeVariant& variant : {best.one_shot, best.steady}) {
-        EXPECT_EQ(variant.delivery.batch, batch);
         EXPECT_EQ(variant.delivery.callers, threads);
         EXPECT_NE(std::ranges::find(size.Calls(), variant.delivery.call), size.Calls().end());
         // This one does not return from every scene.

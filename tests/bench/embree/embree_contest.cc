@@ -22,11 +22,11 @@ std::vector<Build> Builds(bool anew) {
   return {Build::kMedium, Build::kLow, Build::kLowDynamic};
 }
 
-// Streams in one call each; else as Embree is called.
-Delivery DropInDelivery(const BatchSize& size, std::size_t batch, int threads) {
+// A batch that is one stream, in one call; else as Embree is called.
+Delivery DropInDelivery(const BatchSize& size, std::size_t batch, std::size_t run, int threads) {
   const Call call{size.Calls().front().form, kSaysCoherent};
-  if (size.IsStream()) return {call, batch, batch, 1};
-  return DeliveryOfCalls(call, batch, threads);
+  if (!size.IsStream()) return DeliveryOfCalls(call, batch, threads);
+  return {call, run, batch, run == batch ? 1 : threads};
 }
 
 }  // namespace
@@ -59,20 +59,22 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
   const Query query = FindRayKind(cell.kind)->query;
   const BatchSize& size = *FindBatchSize(cell.size);
   const std::size_t batch = size.RaysOfBatch(rays.rays().size());
+  const std::size_t run = size.RaysOfRun(rays.rays().size(), setup_.threads);
   RayBuffer middle = rays.Part((rays.rays().size() - batch) / 2, size.IsSlice() ? batch : 0);
   RayBuffer& first_batch = size.IsSlice() ? middle : rays;
 
   on_step("first calls");
-  rays.Keep(rays.rays().size() / batch * batch);
+  rays.Keep(rays.rays().size() / run * run);
   const CommittedScene& still_dacrt = StillDropIn();
-  const Delivery to_drop_in = DropInDelivery(size, batch, setup_.threads);
-  const std::size_t batches =
-      DeliverFor(effort_.slices_seconds, still_dacrt, query, to_drop_in, rays);
-  rays.Keep(batches * batch);
+  const Delivery to_fresh = DropInDelivery(size, batch, batch, setup_.threads);
+  const Delivery to_still = DropInDelivery(size, batch, run, setup_.threads);
+  const std::size_t runs = DeliverFor(effort_.slices_seconds, still_dacrt, query, to_still, rays);
+  rays.Keep(runs * run);
+  const std::size_t batches = runs * run / batch;
   const HitShares hits(query, rays);
 
   on_step("looking for Embree's best");
-  const EmbreeAtBest::Best best = embree_.Find(query, size, batch, rays);
+  const EmbreeAtBest::Best best = embree_.Find(query, size, batch, run, rays);
   hits.Check(rays);
 
   const CommittedScene& still_embree = embree_.StillScene(best.steady);
@@ -104,10 +106,10 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
     if (anew) {
       one_shot(embree_.Library(best.one_shot), best.one_shot.build, best.one_shot.delivery,
                result.embree);
-      one_shot(drop_in_, kDropInBuild, to_drop_in, result.dacrt);
+      one_shot(drop_in_, kDropInBuild, to_fresh, result.dacrt);
     }
     steady(still_embree, best.steady.delivery, result.embree);
-    steady(still_dacrt, to_drop_in, result.dacrt);
+    steady(still_dacrt, to_still, result.dacrt);
   }
   return result;
 }
