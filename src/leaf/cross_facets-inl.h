@@ -10,6 +10,7 @@
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_block.h"
+#include "rays/ray_pair-inl.h"
 #include "rays/ray_record.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -225,10 +226,9 @@ HWY_INLINE uint64_t EnterOwnBoxes(const Ray& ray, const TestRaysOf<EightPart>& r
   return Bits(kEightTag, hn::And(meet, Enters(interval, rays.tnear, rays.tfar)));
 }
 
-/// `ray` is as SpreadRay, `corners` are those of the triangles; see LeafCorners::Again.
-template <bool kRobust, class Ray, class Corners>
-HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<EightPart>& triangles,
-                                     const Corners& corners) {
+/// What an eight-lane test without a reciprocal wants of a ray.
+template <class Ray>
+HWY_INLINE TestRaysOf<EightPart> TestRaysFrom(const Ray& ray) {
   TestRaysOf<EightPart> rays;
   for (int axis = 0; axis < 3; ++axis) {
     rays.org[axis] = ray.org(axis);
@@ -236,36 +236,101 @@ HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<Eight
   }
   rays.tnear = ray.tnear();
   rays.tfar = ray.tfar();
+  return rays;
+}
+
+/// Where some rays cross the planes of some triangles, and which of these they seem to meet.
+template <class Vec>
+struct PlaneCrossing {
+  PairTermsOf<Vec> terms;
+  Vec t;  ///< T
+  hn::Mask<hn::DFromV<Vec>> meet;
+
+  HWY_INLINE PlaneCrossing(const TestRaysOf<Vec>& rays, const TestTrianglesOf<Vec>& triangles)
+      : terms(EdgeTerms(rays.org, rays.dir, triangles)),
+        t(DepthTerm(triangles, terms)),
+        // Both before one branch, which is hard enough to foresee.
+        meet(hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den))) {}
+  HWY_INLINE PlaneCrossing() = default;
+};
+
+/// What is left to find out where some lanes seem to meet.
+template <class Ray, class Corners>
+HWY_INLINE FacetCrossing FinishCrossing(const Ray& ray, const TestRaysOf<EightPart>& rays,
+                                        const PlaneCrossing<EightPart>& plane,
+                                        const Corners& corners) {
   FacetCrossing crossing;
-  if constexpr (kRobust) {
-    CornerLanes all;
-    for (int axis = 0; axis < 3; ++axis) all.Set(axis, corners.OnAxis(axis));
-    const auto terms = TestRobustly(rays, triangles, all.v1, all.v2);
-    auto meet = terms.meet;
-    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return crossing;
-    crossing.t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
-    meet = hn::And(meet, MeetsAtDistance(rays, crossing.t));
-    if (hn::AllFalse(kEightTag, meet)) return crossing;
-    crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
-    crossing.within_limit = crossing.lanes;
-    crossing.u = terms.u;
-    crossing.v = terms.v;
-    crossing.divisor = terms.sum;
-  } else {
-    // Both before one branch, which is hard enough to foresee.
-    const auto terms = EdgeTerms(rays.org, rays.dir, triangles);
-    const EightPart t = DepthTerm(triangles, terms);
-    const auto meet = hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den));
-    if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return crossing;
-    crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
-    crossing.within_limit = Bits(kEightTag, IsWithinLimit(rays, t, terms.den));
-    crossing.t = hn::Div(t, terms.den);
-    crossing.u = terms.u;
-    crossing.v = terms.v;
-    crossing.divisor = terms.den;
-  }
+  crossing.lanes = EnterOwnBoxes(ray, rays, corners, plane.meet, crossing.entry);
+  crossing.within_limit = Bits(kEightTag, IsWithinLimit(rays, plane.t, plane.terms.den));
+  crossing.t = hn::Div(plane.t, plane.terms.den);
+  crossing.u = plane.terms.u;
+  crossing.v = plane.terms.v;
+  crossing.divisor = plane.terms.den;
   return crossing;
 }
+
+/// `ray` is as SpreadRay, `corners` are those of the triangles; see LeafCorners::Again.
+template <bool kRobust, class Ray, class Corners>
+HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<EightPart>& triangles,
+                                     const Corners& corners) {
+  FacetCrossing crossing;
+  const TestRaysOf<EightPart> rays = TestRaysFrom(ray);
+  if constexpr (!kRobust) {
+    const PlaneCrossing<EightPart> plane(rays, triangles);
+    if (HWY_LIKELY(hn::AllFalse(kEightTag, plane.meet))) return crossing;
+    return FinishCrossing(ray, rays, plane, corners);
+  }
+  CornerLanes all;
+  for (int axis = 0; axis < 3; ++axis) all.Set(axis, corners.OnAxis(axis));
+  const auto terms = TestRobustly(rays, triangles, all.v1, all.v2);
+  auto meet = terms.meet;
+  if (HWY_LIKELY(hn::AllFalse(kEightTag, meet))) return crossing;
+  crossing.t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
+  meet = hn::And(meet, MeetsAtDistance(rays, crossing.t));
+  if (hn::AllFalse(kEightTag, meet)) return crossing;
+  crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
+  crossing.within_limit = crossing.lanes;
+  crossing.u = terms.u;
+  crossing.v = terms.v;
+  crossing.divisor = terms.sum;
+  return crossing;
+}
+
+#if DACRT_HAS_RAY_PAIRS
+HWY_INLINE TestTrianglesOf<PairVec> Twice(const TestTrianglesOf<EightPart>& triangles) {
+  TestTrianglesOf<PairVec> twice;
+  for (int axis = 0; axis < 3; ++axis) {
+    twice.v0[axis] = Twice(triangles.v0[axis]);
+    twice.e1[axis] = Twice(triangles.e1[axis]);
+    twice.e2[axis] = Twice(triangles.e2[axis]);
+    twice.ng[axis] = Twice(triangles.ng[axis]);
+  }
+  return twice;
+}
+
+/// Two rays against the same triangles.
+HWY_INLINE PlaneCrossing<PairVec> CrossPlanes(const RayRecord& first, const RayRecord& second,
+                                              const TestTrianglesOf<PairVec>& twice) {
+  const PairQuad org(first.org, second.org), dir(first.dir, second.dir);
+  TestRaysOf<PairVec> rays;
+  org.GetAxes(rays.org);
+  dir.GetAxes(rays.dir);
+  rays.tnear = dir.Get<3>();
+  rays.tfar = PairQuad(first.reciprocal, second.reciprocal).Get<3>();
+  return PlaneCrossing<PairVec>(rays, twice);
+}
+
+template <bool kSecond>
+HWY_INLINE PlaneCrossing<EightPart> HalfOf(const PlaneCrossing<PairVec>& both) {
+  PlaneCrossing<EightPart> half;
+  half.terms.u = HalfOf<kSecond>(both.terms.u);
+  half.terms.v = HalfOf<kSecond>(both.terms.v);
+  half.terms.den = HalfOf<kSecond>(both.terms.den);
+  half.t = HalfOf<kSecond>(both.t);
+  half.meet = {static_cast<__mmask8>(Bits(kPairTag, both.meet) >> (kSecond ? 8 : 0))};
+  return half;
+}
+#endif
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

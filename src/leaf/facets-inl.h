@@ -149,12 +149,46 @@ class FacetTest {
       if (part * kPartLanes >= block_.lanes) return;
       const CornerLanes corners = DecodeCorners(block_, part);
       const auto triangles = corners.Triangles();
-      for (size_t i = 0; i < count; ++i) {
-        hwy::Prefetch(&task_.rays[list[i + kAhead < count ? i + kAhead : i]]);
+      size_t i = 0;
+#if DACRT_HAS_RAY_PAIRS
+      if constexpr (!kRobust) {
+        const auto twice = Twice(triangles);
+        for (; i + 2 <= count; i += 2) {
+          Fetch(list, i + kAhead, count);
+          Fetch(list, i + kAhead + 1, count);
+          TestTwo<kInLeaf>(list[i], list[i + 1], triangles, twice, corners, part);
+        }
+      }
+#endif
+      for (; i < count; ++i) {
+        Fetch(list, i + kAhead, count);
         TestRay<kInLeaf>(list[i], triangles, corners, part, nullptr);
       }
     }
   }
+
+  HWY_INLINE void Fetch(const RayNumber* list, size_t i, size_t count) const {
+    hwy::Prefetch(&task_.rays[list[i < count ? i : count - 1]]);
+  }
+
+#if DACRT_HAS_RAY_PAIRS
+  template <bool kInLeaf>
+  HWY_INLINE void TestTwo(RayNumber first, RayNumber second,
+                          const TestTrianglesOf<EightPart>& triangles,
+                          const TestTrianglesOf<PairVec>& twice, const CornerLanes& corners,
+                          size_t part) const {
+    const auto planes = CrossPlanes(task_.rays[first], task_.rays[second], twice);
+    const uint64_t meet = Bits(kPairTag, planes.meet);
+    if (HWY_LIKELY(meet == 0)) return;
+    const auto finish = [&](RayNumber number, const PlaneCrossing<EightPart>& plane) HWY_ATTR {
+      const SpreadRay ray{task_.rays[number]};
+      const FacetCrossing crossing = FinishCrossing(ray, TestRaysFrom(ray), plane, corners);
+      if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, triangles, part, nullptr);
+    };
+    if ((meet & 0xFF) != 0) finish(first, HalfOf<false>(planes));
+    if (meet >> 8 != 0) finish(second, HalfOf<true>(planes));
+  }
+#endif
 
   void TestTimed(const RayNumber* list, size_t count) const {
     TimedFacets facets;
@@ -193,6 +227,14 @@ class FacetTest {
     if (kQuery == Query::kAny && ray.tfar < 0) return;
     const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
+    TakeCrossing<kInLeaf>(number, crossing, triangles, part, timed);
+  }
+
+  template <bool kInLeaf>
+  HWY_INLINE void TakeCrossing(RayNumber number, const FacetCrossing& crossing,
+                               const TestTrianglesOf<EightPart>& triangles, size_t part,
+                               const TimedFacets* timed) const {
+    const RayRecord& ray = task_.rays[number];
     if (!kInLeaf || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {

@@ -10,6 +10,7 @@
 #include <hwy/cache_control.h>
 
 #include "geometry/wide_node-inl.h"
+#include "rays/ray_pair-inl.h"
 #include "rays/ray_record.h"
 #include "trace/trace_task.h"
 
@@ -57,6 +58,34 @@ HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray,
       },
       ray.start, tfar, store);
 }
+
+#if DACRT_HAS_RAY_PAIRS
+/// EnterChildren for two rays at a time.
+class PairPlanes {
+ public:
+  HWY_INLINE explicit PairPlanes(const ChildPlanes& planes) {
+    for (int axis = 0; axis < 3; ++axis) {
+      near_[axis] = Twice(planes.near[0][axis]);
+      far_[axis] = Twice(planes.far[0][axis]);
+    }
+  }
+
+  /// Those of the second ray are the upper eight bits.
+  HWY_INLINE uint32_t Enter(const RayRecord& first, const RayRecord& second) const {
+    const PairQuad begin(first.org, second.org), slope(first.reciprocal, second.reciprocal);
+    PairVec org[3], reciprocal[3];
+    begin.GetAxes(org);
+    slope.GetAxes(reciprocal);
+    const IntervalOf<PairVec> interval = IntersectPlanes(near_, far_, org, reciprocal);
+    const PairVec entry = hn::Max(interval.entry, begin.Get<3>());  // start
+    const PairVec exit = hn::Min(interval.exit, slope.Get<3>());    // tfar
+    return static_cast<uint32_t>(Bits(kPairTag, hn::Le(entry, exit)));
+  }
+
+ private:
+  PairVec near_[3], far_[3];
+};
+#endif
 
 /// A ray that goes its own way, and the children that it enters. They may be a few more than
 /// EnterChildren finds, and none less.

@@ -49,6 +49,16 @@ HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* 
     out[filtered] = list[i];
     filtered += masks[i] >> child & 1;
   }
+#elif HWY_TARGET <= HWY_AVX3_DL
+  const hn::FixedTag<RayNumber, 16> d;
+  const hn::FixedTag<uint8_t, 16> d8;
+  const auto bit = hn::Set(d8, static_cast<uint8_t>(1u << child));
+  for (size_t i = 0; i < count; i += 16) {
+    const uint64_t bits = Bits(d8, hn::TestBit(hn::LoadU(d8, masks + i), bit));
+    const hn::Mask<decltype(d)> mask{static_cast<__mmask16>(bits)};
+    hn::StoreU(hn::Compress(hn::LoadU(d, list + i), mask), d, out + filtered);
+    filtered += hwy::PopCount(bits);
+  }
 #else
   const hn::FixedTag<RayNumber, 8> d;  // eight numbers in a vector
   const hn::Repartition<uint8_t, decltype(d)> d8;
