@@ -124,10 +124,10 @@ class Judge {
   }
 
   /// The name in a record; forms without instID leave it as it was.
-  std::vector<PossibleHit> HitsNamed(const RTCHit& hit) const {
-    std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(hit));
+  std::vector<PossibleHit> HitsNamed(const RTCRay& ray, const RTCHit& hit) const {
+    std::vector<PossibleHit> hits = reference_.HitsOf(ray, NameOf(hit));
     if (!hits.empty() || batch_.form.call != Form::Call::kRequiredArrays) return hits;
-    std::vector<PossibleHit> all = reference_.AllHits(before_.ray);
+    std::vector<PossibleHit> all = reference_.AllHits(ray);
     std::erase_if(all, [&](const PossibleHit& possible) {
       return possible.part->name.geometry_id != hit.geomID ||
              possible.part->name.primitive_id != hit.primID;
@@ -135,9 +135,23 @@ class Judge {
     return all;
   }
 
+  /// Where its products overflow the real library takes a hit beyond the end of the ray, and then
+  /// others that are nearer than that.
+  std::vector<PossibleHit> HitsBeyondTheEnd(const RTCHit& hit) const {
+    RTCRay ray = before_.ray;
+    for (const PossibleHit& possible : reference_.AllHits(before_.ray)) {
+      if (!(possible.answer.doubts & kDoubtRange)) continue;
+      ray.tfar = std::max(ray.tfar, static_cast<float>(possible.answer.t.value));
+    }
+    std::vector<PossibleHit> hits = HitsNamed(ray, hit);
+    for (PossibleHit& possible : hits) possible.answer.doubts |= kDoubtRange;
+    return hits;
+  }
+
   Judgement OfClosest(const Answer& answer, Library library) const {
     const float t = answer.record.ray.tfar;
-    std::vector<PossibleHit> hits = HitsNamed(answer.record.hit);
+    std::vector<PossibleHit> hits = HitsNamed(before_.ray, answer.record.hit);
+    if (hits.empty() && library == Library::kReal) hits = HitsBeyondTheEnd(answer.record.hit);
     if (hits.empty()) return {"hits a primitive that the ray misses"};
     std::erase_if(hits, [&](const PossibleHit& hit) { return IsRejected(*hit.part); });
     if (hits.empty()) return {"has a hit that a filter function rejects"};
