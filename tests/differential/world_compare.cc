@@ -138,11 +138,13 @@ class Judge {
   /// Where its products overflow the real library takes a hit beyond the end of the ray, and then
   /// others that are nearer than that.
   std::vector<PossibleHit> HitsBeyondTheEnd(const RTCHit& hit) const {
+    const std::vector<PossibleHit> all = reference_.AllHits(before_.ray);
+    const bool any_overflows = std::any_of(all.begin(), all.end(), [](const PossibleHit& possible) {
+      return (possible.answer.doubts & kDoubtRange) != 0;
+    });
+    if (!any_overflows) return {};
     RTCRay ray = before_.ray;
-    for (const PossibleHit& possible : reference_.AllHits(before_.ray)) {
-      if (!(possible.answer.doubts & kDoubtRange)) continue;
-      ray.tfar = std::max(ray.tfar, static_cast<float>(possible.answer.t.value));
-    }
+    ray.tfar = std::numeric_limits<float>::max();
     std::vector<PossibleHit> hits = HitsNamed(ray, hit);
     for (PossibleHit& possible : hits) possible.answer.doubts |= kDoubtRange;
     return hits;
@@ -231,7 +233,8 @@ class Judge {
   }
 
   std::string FaultOf(const Offer& offer, Library library, std::span<const Offer> offers) const {
-    const std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(offer.hit));
+    std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(offer.hit));
+    if (hits.empty() && library == Library::kReal) hits = HitsBeyondTheEnd(offer.hit);
     const std::string what = Text(NameOf(offer.hit)) + " at " + std::to_string(offer.t);
     const bool fits = std::any_of(hits.begin(), hits.end(),
                                   [&](const PossibleHit& hit) { return Fits(offer, hit); });
