@@ -37,10 +37,8 @@ struct LeafRoom {
 /// Apart, so that the common way stays short.
 inline HWY_NOINLINE const LeafBlock& MakeFacets(const TraceTask& task, ChildWord leaf,
                                                 LeafRoom& room) {
-  const GeometryTable& geometries = task.scene.geometries;
-  const uint32_t first = leaf.range();
-  GatherLeaf(geometries, FindItems(geometries, task.partition.order, first, kLeafLanes), first,
-             room.blocks);
+  LeafGather(task.scene.geometries, task.partition.order, room.blocks)
+      .Gather(leaf.range(), kLeafLanes);
   return FacetsIn(reinterpret_cast<const LeafBlock*>(room.blocks));
 }
 HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {

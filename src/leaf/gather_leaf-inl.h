@@ -7,9 +7,12 @@
 #define DACRT_LEAF_GATHER_LEAF_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include "geometry/four_by_four-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/make_leaf.h"
+#include "partition/kept_partition.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -40,29 +43,12 @@ HWY_INLINE hn::Vec<Tag> LoadVertices(Tag d, const float* const* vertices) {
 
 /// Where the vertices of some triangles stand, by corner and lane.
 struct VertexPlaces {
-  static constexpr float kNothing[3] = {};
-
   const float* corner[3][kLeafLanes];
 
-  VertexPlaces(const GeometryTable& geometries, const LeafItems& items) {
-    for (size_t lane = 0; lane < kLeafLanes; ++lane) {
-      // A lane without a triangle, or with one whose indices are no longer legal, has no area.
-      const bool has = lane < items.count && Find(geometries, items.names[lane], lane);
-      if (HWY_UNLIKELY(!has)) corner[0][lane] = corner[1][lane] = corner[2][lane] = kNothing;
-    }
-  }
-
- private:
-  HWY_INLINE bool Find(const GeometryTable& geometries, GeometryTable::Name name, size_t lane) {
-    const TriangleMesh& mesh = geometries[name.geometry];
-    uint32_t index[3];
-    memcpy(index, geometries.IndicesOf(name.geometry, name.primitive), sizeof(index));
-    const auto* const vertices = static_cast<const char*>(mesh.vertices);
-    for (size_t k = 0; k < 3; ++k) {
-      if (HWY_UNLIKELY(index[k] >= mesh.vertex_count)) return false;
-      corner[k][lane] = reinterpret_cast<const float*>(vertices + index[k] * mesh.vertex_stride);
-    }
-    return true;
+  /// A lane without a triangle, or with one whose indices are no longer legal, has no area.
+  HWY_INLINE void SetNothing(size_t lane) {
+    static constexpr float kNothing[3] = {};
+    for (auto& lanes : corner) lanes[lane] = kNothing;
   }
 };
 
@@ -84,20 +70,112 @@ HWY_INLINE void GatherVertices(const VertexPlaces& places, float* out) {
 }
 #endif
 
-/// MakeLeaf with SharedVertices::kRepeat.
-HWY_INLINE void GatherLeaf(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
-                           std::byte* blocks) {
+/// Makes leaves of the items of an order, each in the place of the one before.
+class LeafGather {
+ public:
+  /// `blocks` as for MakeLeaf.
+  LeafGather(const GeometryTable& geometries, const uint32_t* order, std::byte* blocks)
+      : geometries_(geometries), order_(order), blocks_(blocks) {
+    Take(0);
+  }
+
+  struct Gathered {
+    size_t count;
+    bool is_last;  ///< the last item is marked as that of the leaf
+  };
+
+  /// MakeLeaf with SharedVertices::kRepeat, of the items that FindItems finds.
+  HWY_INLINE Gathered Gather(uint32_t first, size_t most) {
 #if HWY_TARGET != HWY_SCALAR
-  if (HWY_LIKELY(items.is_plain)) {
-    auto& block = *reinterpret_cast<LeafBlock*>(blocks);
-    BeginTrianglesByLane(items, first, block);
-    GatherVertices(VertexPlaces(geometries, items), block.vertex_data());
-    return;
+    const Gathered triangles = GatherTriangles(first, most);
+    if (HWY_LIKELY(triangles.count != 0)) return triangles;
+#endif
+    return GatherAny(first, most);
+  }
+
+  /// Asks for the memory of what the next leaf is made of.
+  HWY_INLINE void Fetch(uint32_t first, size_t most) const {
+    for (size_t i = 0; i < most; ++i) {
+      const uint32_t entry = order_[first + i];
+      const uint32_t primitive = KeptOrder::NumberOf(entry) - begin_;
+      if (HWY_LIKELY(primitive < size_)) hwy::Prefetch(IndicesOf(primitive));
+      if ((entry & KeptOrder::kLastOfLeaf) != 0) return;
+    }
+  }
+
+ private:
+  HWY_NOINLINE Gathered GatherAny(uint32_t first, size_t most) {
+    const LeafItems items = FindItems(geometries_, order_, first, most);
+    FetchVertices(geometries_, items);
+    MakeLeaf(geometries_, items, first, SharedVertices::kRepeat, blocks_);
+    return {items.count, items.is_last};
+  }
+
+#if HWY_TARGET != HWY_SCALAR
+  /// The same of still triangles; where there is something else, none, and nothing is written. They
+  /// are not named: to find out what each is costs more than to read it.
+  HWY_INLINE Gathered GatherTriangles(uint32_t first, size_t most) {
+    VertexPlaces places;
+    Gathered gathered{0, false};
+    uint32_t geometry = LeafBlock::kSeveral;
+    do {
+      const uint32_t entry = order_[first + gathered.count];
+      uint32_t primitive = KeptOrder::NumberOf(entry) - begin_;
+      if (HWY_UNLIKELY(primitive >= size_)) {
+        if (!FindMesh(KeptOrder::NumberOf(entry))) return {0, false};
+        primitive = KeptOrder::NumberOf(entry) - begin_;
+      }
+      geometry = gathered.count == 0 || geometry == geometry_ ? geometry_ : LeafBlock::kSeveral;
+      SetVertices(primitive, gathered.count++, places);
+      gathered.is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
+    } while (!gathered.is_last && gathered.count < most);
+    for (size_t lane = gathered.count; lane < kLeafLanes; ++lane) places.SetNothing(lane);
+    auto& block = *reinterpret_cast<LeafBlock*>(blocks_);
+    BeginTrianglesByLane(gathered.count, geometry, first, block);
+    GatherVertices(places, block.vertex_data());
+    return gathered;
+  }
+
+  HWY_INLINE void SetVertices(uint32_t primitive, size_t lane, VertexPlaces& places) const {
+    uint32_t index[3];
+    memcpy(index, IndicesOf(primitive), sizeof(index));
+    if (HWY_UNLIKELY(HWY_MAX(HWY_MAX(index[0], index[1]), index[2]) >= mesh_->vertex_count)) {
+      return places.SetNothing(lane);
+    }
+    const auto* const vertices = static_cast<const char*>(mesh_->vertices);
+    for (size_t k = 0; k < 3; ++k) {
+      places.corner[k][lane] =
+          reinterpret_cast<const float*>(vertices + index[k] * mesh_->vertex_stride);
+    }
+  }
+
+  /// Makes that of a triangle the mesh that is at hand; false if the item is none.
+  HWY_NOINLINE bool FindMesh(uint32_t number) {
+    const uint32_t geometry = geometries_.Locate(number).geometry;
+    if (!geometries_.HasTriangles(geometry)) return false;
+    Take(geometry);
+    return true;
   }
 #endif
-  FetchVertices(geometries, items);
-  MakeLeaf(geometries, items, first, SharedVertices::kRepeat, blocks);
-}
+
+  HWY_INLINE void Take(uint32_t geometry) {
+    geometry_ = geometry;
+    mesh_ = &geometries_[geometry];
+    begin_ = geometries_.Number(geometry, 0);
+    size_ = geometries_.HasTriangles(geometry) ? static_cast<uint32_t>(mesh_->triangle_count) : 0;
+  }
+
+  const char* IndicesOf(uint32_t primitive) const {
+    return static_cast<const char*>(mesh_->triangles) + size_t{primitive} * mesh_->triangle_stride;
+  }
+
+  const GeometryTable& geometries_;
+  const uint32_t* const order_;
+  std::byte* const blocks_;
+  // The mesh at hand, and the numbers of its triangles: nearly always that of the triangle before.
+  const TriangleMesh* mesh_;
+  uint32_t geometry_, begin_, size_;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

@@ -185,26 +185,30 @@ void WriteBlock(const GeometryTable& geometries, const BlockKind& kind, const Bl
   WritePoints(geometries, items, block);
 }
 
+/// The geometry of all items, or LeafBlock::kSeveral.
+uint32_t GeometryOf(const LeafItems& items) {
+  const uint32_t geometry = items.names[0].geometry;
+  for (std::size_t i = 1; i < items.count; ++i) {
+    if (items.names[i].geometry != geometry) return LeafBlock::kSeveral;
+  }
+  return geometry;
+}
+
 /// Begins the block of a leaf that holds nothing but still triangles, as nearly all do.
-void BeginTriangles(const LeafItems& items, uint32_t first, LeafBlock& block) {
-  const GeometryTable::Name* const names = items.names;
-  const std::size_t count = items.count;
+void BeginTriangles(std::size_t count, uint32_t geometry, uint32_t first, LeafBlock& block) {
   block = {};
   block.kind = LeafKind::kFacets;
   block.is_last = true;
   block.first = first;
-  block.geometry = names[0].geometry;
+  block.geometry = geometry;
   block.lanes = static_cast<uint8_t>(count);
   block.items = 0x76543210u & static_cast<uint32_t>((uint64_t{1} << (4 * count)) - 1);
-  for (std::size_t lane = 1; lane < count; ++lane) {
-    if (names[lane].geometry != block.geometry) block.geometry = LeafBlock::kSeveral;
-  }
 }
 
 /// WriteBlock for them, with a place for each corner.
 void WriteTrianglesByLane(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
                           LeafBlock& block) {
-  BeginTrianglesByLane(items, first, block);
+  BeginTrianglesByLane(items.count, GeometryOf(items), first, block);
   float* const data = block.vertex_data();
   if (items.count < kLeafLanes) std::memset(data, 0, 3 * LeafBlock::kByLane * sizeof(float));
   for (std::size_t lane = 0; lane < items.count; ++lane) {
@@ -223,7 +227,7 @@ void WriteTrianglesByLane(const GeometryTable& geometries, const LeafItems& item
 /// WriteBlock for them, with each vertex once; with a place for each corner if that saves nothing.
 void WriteTriangles(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
                     LeafBlock& block) {
-  BeginTriangles(items, first, block);
+  BeginTriangles(items.count, GeometryOf(items), first, block);
   uint8_t indices[3][kLeafLanes] = {};
   float vertices[LeafBlock::kByLane][3];
   uint32_t keys[LeafBlock::kByLane];
@@ -354,13 +358,13 @@ bool RenewLeaf(const GeometryTable& geometries, const LeafItems& items, std::siz
   return true;
 }
 
-void BeginTrianglesByLane(const LeafItems& items, uint32_t first, LeafBlock& block) {
+void BeginTrianglesByLane(std::size_t count, uint32_t geometry, uint32_t first, LeafBlock& block) {
   static constexpr auto kPlaces = [] {
     std::array<uint8_t, LeafBlock::kByLane> places{};
     for (uint8_t i = 0; i < LeafBlock::kByLane; ++i) places[i] = i;
     return places;
   }();
-  BeginTriangles(items, first, block);
+  BeginTriangles(count, geometry, first, block);
   block.vertices = LeafBlock::kByLane;
   std::memcpy(block.indices(), kPlaces.data(), sizeof(kPlaces));
 }

@@ -43,9 +43,9 @@ enum class SharedVertices { kFind, kRepeat };
 MadeLeaf MakeLeaf(const GeometryTable& geometries, const LeafItems& items, uint32_t first,
                   SharedVertices shared, std::byte* blocks);
 
-/// All but the vertices of the block that it writes with SharedVertices::kRepeat of items that are
-/// plain.
-void BeginTrianglesByLane(const LeafItems& items, uint32_t first, LeafBlock& block);
+/// All but the vertices of the block that it writes with SharedVertices::kRepeat of so many items
+/// that are plain, of one geometry or LeafBlock::kSeveral.
+void BeginTrianglesByLane(std::size_t count, uint32_t geometry, uint32_t first, LeafBlock& block);
 
 /// Puts the geometry of a leaf as it is now into the blocks that MakeLeaf wrote for the same items,
 /// if it fits their room. False if it does not, for example because corners that were one have come

@@ -90,22 +90,16 @@ HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBloc
 template <class Body>
 HWY_INLINE void ForEachMadeLeaf(const TraceTask& task, uint32_t first, size_t most,
                                 const Body& body) {
-  const GeometryTable& geometries = task.scene.geometries;
-  const auto find = [&](size_t done) {
-    return FindItems(geometries, task.partition.order, static_cast<uint32_t>(first + done),
-                     HWY_MIN(kLeafLanes, most - done));
-  };
   alignas(64) std::byte blocks[kMostLeafBytes];
-  LeafItems items = find(0), next;
-  for (size_t done = 0;; items = next) {
+  LeafGather leaves(task.scene.geometries, task.partition.order, blocks);
+  for (size_t done = 0;;) {
     const auto place = static_cast<uint32_t>(first + done);
-    done += items.count;
-    const bool is_done = items.is_last || done == most;
+    const LeafGather::Gathered gathered = leaves.Gather(place, HWY_MIN(kLeafLanes, most - done));
+    done += gathered.count;
+    const bool is_done = gathered.is_last || done == most;
     if (!is_done) {
-      next = find(done);
-      FetchIndices(geometries, next);
+      leaves.Fetch(static_cast<uint32_t>(first + done), HWY_MIN(kLeafLanes, most - done));
     }
-    GatherLeaf(geometries, items, place, blocks);
     body(ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks));
     if (is_done) return;
   }

@@ -68,7 +68,8 @@ class Judge {
     const float t = answer.record.ray.tfar;
     const Corners* const corners = reference_.Find(hit.geomID, hit.primID, before_.ray.mask);
     if (!corners) return {"names a triangle that the ray cannot hit"};
-    const TriangleAnswer truth = TestTriangle(before_.ray, *corners);
+    TriangleAnswer truth = TestTriangle(before_.ray, *corners);
+    if (!truth.MayHit() && boxes.may_lose_hits) truth = BeyondTheEnd(*corners);
     if (!truth.MayHit()) return {"hits a triangle that the ray misses"};
     if (boxes.may_lose_hits && std::isnan(t) && (truth.doubts & kDoubtParallel)) {
       // The real library divides by a determinant of zero, and finds nothing nearer any more.
@@ -80,6 +81,21 @@ class Judge {
     Judgement judgement = WithoutNearer(t, t, boxes);
     judgement.truth = truth;
     return judgement;
+  }
+
+  /// Where its products overflow the real library takes a hit beyond the end of the ray, and then
+  /// others that are nearer than that.
+  TriangleAnswer BeyondTheEnd(const Corners& corners) const {
+    const std::vector<ReferenceHit> all = reference_.MayHits(before_.ray);
+    const bool any_overflows = std::any_of(all.begin(), all.end(), [](const ReferenceHit& hit) {
+      return (hit.answer.doubts & kDoubtRange) != 0;
+    });
+    if (!any_overflows) return {};
+    RTCRay ray = before_.ray;
+    ray.tfar = std::numeric_limits<float>::max();
+    TriangleAnswer answer = TestTriangle(ray, corners);
+    if (answer.MayHit()) answer.doubts |= kDoubtRange;
+    return answer;
   }
 
   Judgement OfOccluded() const {

@@ -27,11 +27,16 @@ using unit::Float3;
 using unit::GuardedArray;
 using unit::Random;
 
-void ExpectSameBlocks(const GeometryTable& table, const LeafItems& items, uint32_t first) {
-  alignas(64) std::byte gathered[kMostLeafBytes], made[kMostLeafBytes];
-  std::memset(gathered, 0xA5, sizeof(gathered));
+/// Made by `leaves` in `gathered`.
+void ExpectSameBlocks(const GeometryTable& table, const uint32_t* order, uint32_t first,
+                      std::size_t most, LeafGather& leaves, std::byte* gathered) {
+  const LeafItems items = FindItems(table, order, first, most);
+  alignas(64) std::byte made[kMostLeafBytes];
+  std::memset(gathered, 0xA5, kMostLeafBytes);
   std::memset(made, 0xA5, sizeof(made));
-  GatherLeaf(table, items, first, gathered);
+  const LeafGather::Gathered leaf = leaves.Gather(first, most);
+  ASSERT_EQ(leaf.count, items.count);
+  ASSERT_EQ(leaf.is_last, items.is_last);
   MakeLeaf(table, items, first, SharedVertices::kRepeat, made);
   ASSERT_EQ(std::memcmp(gathered, made, kMostLeafBytes), 0)
       << items.count << " items from " << first << " on";
@@ -75,6 +80,7 @@ void TrianglesOfSeveralMeshes() {
   Random random(1);
   const GuardedMeshes meshes(random);
   const GeometryTable table = meshes.Table();
+  alignas(64) std::byte gathered[kMostLeafBytes];
   for (int i = 0; i < 2000; ++i) {
     std::vector<uint32_t> order(20);
     for (uint32_t& entry : order) entry = random.Below(30);
@@ -86,7 +92,12 @@ void TrianglesOfSeveralMeshes() {
       ASSERT_EQ(items.names[k].geometry, name.geometry);
       ASSERT_EQ(items.names[k].primitive, name.primitive);
     }
-    ASSERT_NO_FATAL_FAILURE(ExpectSameBlocks(table, items, first));
+    LeafGather leaves(table, order.data(), gathered);
+    leaves.Fetch(first, most);
+    ASSERT_NO_FATAL_FAILURE(ExpectSameBlocks(table, order.data(), first, most, leaves, gathered));
+    // Those behind it, too, with what is at hand by then.
+    ASSERT_NO_FATAL_FAILURE(
+        ExpectSameBlocks(table, order.data(), first + 1, kLeafLanes, leaves, gathered));
   }
 }
 
@@ -102,12 +113,16 @@ void ShapesOfAllKinds() {
   }
   const GeometryTable table = all.Table(geometries);
   const auto count = static_cast<uint32_t>(table.triangle_count());
+  alignas(64) std::byte gathered[kMostLeafBytes];
   for (int i = 0; i < 2000; ++i) {
     std::vector<uint32_t> order(8);
     for (uint32_t& entry : order) entry = random.Below(count);
     order.back() |= KeptOrder::kLastOfLeaf;
-    ASSERT_NO_FATAL_FAILURE(
-        ExpectSameBlocks(table, FindItems(table, order.data(), 0, kLeafLanes), 0));
+    LeafGather leaves(table, order.data(), gathered);
+    for (uint32_t first = 0; first < 3; ++first) {
+      ASSERT_NO_FATAL_FAILURE(
+          ExpectSameBlocks(table, order.data(), first, kLeafLanes, leaves, gathered));
+    }
   }
 }
 
