@@ -180,13 +180,17 @@ class FacetTest {
     const auto planes = CrossPlanes(task_.rays[first], task_.rays[second], twice);
     const uint64_t meet = Bits(kPairTag, planes.meet);
     if (HWY_LIKELY(meet == 0)) return;
-    const auto finish = [&](RayNumber number, const PlaneCrossing<EightPart>& plane) HWY_ATTR {
-      const SpreadRay ray{task_.rays[number]};
-      const FacetCrossing crossing = FinishCrossing(ray, TestRaysFrom(ray), plane, corners);
-      if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, triangles, part, nullptr);
-    };
-    if ((meet & 0xFF) != 0) finish(first, HalfOf<false>(planes));
-    if (meet >> 8 != 0) finish(second, HalfOf<true>(planes));
+    if ((meet & 0xFF) != 0) Finish<kInLeaf>(first, HalfOf<false>(planes), triangles, corners, part);
+    if (meet >> 8 != 0) Finish<kInLeaf>(second, HalfOf<true>(planes), triangles, corners, part);
+  }
+
+  template <bool kInLeaf>
+  HWY_INLINE void Finish(RayNumber number, const PlaneCrossing<EightPart>& plane,
+                         const TestTrianglesOf<EightPart>& triangles, const CornerLanes& corners,
+                         size_t part) const {
+    const SpreadRay ray{task_.rays[number]};
+    const FacetCrossing crossing = FinishCrossing(ray, TestRaysFrom(ray), plane, corners);
+    if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, triangles, part, nullptr);
   }
 #endif
 
