@@ -4,10 +4,9 @@
 #include "divided_call.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
-#include <limits>
+#include <string>
+#include <utility>
 
 #include "hit_key.h"
 #include "view_piece.h"
@@ -104,7 +103,7 @@ bool DividedCall::TakeMessages() {
     } catch (const CutMessage&) {
       throw Fault("rank " + std::to_string(arrival->from) + " has sent a message that was cut");
     }
-    work_.push_back(std::move(arrival->message));
+    work_.push_back(std::move(*arrival));
   }
   return took;
 }
@@ -124,7 +123,7 @@ void DividedCall::TakeAnswers(Message message, const BundleHead& head) {
 bool DividedCall::Work() {
   if (!work_.empty()) {
     TakeBundle(work_.front());
-    link_.KeepRoom(std::move(work_.front()));
+    link_.KeepRoom(std::move(work_.front().message));
     work_.pop_front();
   } else if (next_own_ < rays_.count) {
     TakeOwnRays();
@@ -150,7 +149,7 @@ void DividedCall::TakeOwnRays() {
     SetRoutes(first, end);
     std::size_t staying = first;
     for (std::size_t i = first; i < end; ++i) {
-      const int next = routes_.NextWithin(i - first, bundle_.luggage(i).limit(), kNew);
+      const int next = routes_.Next(i - first, kNew).RankWithin(bundle_.luggage(i).limit());
       if (next != link_.rank()) {
         Dispatch(i, next);
       } else {
@@ -161,14 +160,19 @@ void DividedCall::TakeOwnRays() {
   }
 }
 
-void DividedCall::TakeBundle(const Message& message) {
-  Reader reader(message);
+void DividedCall::TakeBundle(const Link::Arrival& arrival) {
+  Reader reader(arrival.message);
   const auto head = reader.Take<BundleHead>();
   const RayKind kind = RayKind::FromBits(head.kind);
   const std::byte* const rays = reader.Take(head.count * kind.bytes());
   bundle_.Resize(head.count);
   for (std::size_t i = 0; i < head.count; ++i) {
-    GetRay(rays + i * kind.bytes(), kind, bundle_.record(i), bundle_.luggage(i));
+    Luggage& luggage = bundle_.luggage(i);
+    GetRay(rays + i * kind.bytes(), kind, bundle_.record(i), luggage);
+    if (luggage.home >= answers_out_.size()) {
+      throw Fault("rank " + std::to_string(arrival.from) + " has sent a ray of rank " +
+                  std::to_string(luggage.home) + ", which there is not");
+    }
   }
 }
 
@@ -190,7 +194,6 @@ void DividedCall::TraceHere() {
 }
 
 void DividedCall::SetRoutes(std::size_t first, std::size_t end) {
-  routes_.Clear();
   for (std::size_t i = first; i < end; ++i) routes_.Add(bundle_.route(i));
   routes_.Find();
 }
@@ -206,19 +209,18 @@ void DividedCall::SendOn(std::size_t first, std::size_t end) {
     const RayRecord& ray = bundle_.record(i);
     const Luggage& luggage = bundle_.luggage(i);
     const Stop next = routes_.Next(i - first, link_.rank());
-    const auto goes_on = [&](float limit) { return next.IsWithin(limit); };
     if (query_ == Query::kAny && ray.tfar == -kInfinity) {
       End(i, true, {});
     } else if (query_ == Query::kAny || ray.primitive_id == UINT32_MAX) {
-      Dispatch(i, goes_on(luggage.limit()) ? next.rank : kNowhere);
+      Dispatch(i, next.RankWithin(luggage.limit()));
     } else if (parts_.has_callbacks) {
       // They see each candidate once, so that nothing can be asked again.
       Merge(i, ray.tfar);
-      Dispatch(i, goes_on(luggage.limit()) ? next.rank : kNowhere);
-    } else if (!luggage.has_hit() && !goes_on(luggage.tfar)) {
+      Dispatch(i, next.RankWithin(luggage.limit()));
+    } else if (!luggage.has_hit() && !next.IsWithin(luggage.tfar)) {
       // Nobody else has a say in it.
       End(i, true, ray.found());
-    } else if (!luggage.has_hit() && !goes_on(ray.tfar)) {
+    } else if (!luggage.has_hit() && !next.IsWithin(ray.tfar)) {
       // Nor here, unless the key is much larger than t.
       stops[asked_count] = next;
       numbers[asked_count] = i;
@@ -246,13 +248,12 @@ void DividedCall::SendOnWithKeys() {
   for (std::size_t first = 0; first < unsure_.size(); first += Routes::kMost) {
     const std::span<const FoundHit> some =
         std::span(unsure_).subspan(first, std::min(Routes::kMost, unsure_.size() - first));
-    routes_.Clear();
     for (const FoundHit& hit : some) routes_.Add(bundle_.route(hit.number));
     routes_.Find();
     for (std::size_t k = 0; k < some.size(); ++k) {
       const std::size_t i = some[k].number;
       Merge(i, some[k].key);
-      Dispatch(i, routes_.NextWithin(k, bundle_.luggage(i).limit(), link_.rank()));
+      Dispatch(i, routes_.Next(k, link_.rank()).RankWithin(bundle_.luggage(i).limit()));
     }
   }
 }

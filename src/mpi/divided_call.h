@@ -54,7 +54,7 @@ class DividedCall {
   void TakeAnswers(Message message, const BundleHead& head);
   bool Work();
   void TakeOwnRays();
-  void TakeBundle(const Message& message);
+  void TakeBundle(const Link::Arrival& arrival);
 
   /// Traces the rays that are here and sends them on.
   void TraceBundle();
@@ -91,7 +91,7 @@ class DividedCall {
   std::size_t next_own_ = 0;  ///< of the rays of this rank, the first that nothing was done for
   std::size_t ended_ = 0;     ///< of these, how many go no farther
   std::vector<Message> own_hits_;  ///< answers to this rank
-  std::deque<Message> work_;
+  std::deque<Link::Arrival> work_;
   Bundle& bundle_;                     ///< the rays that are here
   std::vector<FoundHit> unsure_;       ///< of these: which have to know the key of their hit
   std::vector<Outgoing> rays_out_;     ///< by the rank that they go to and RayKind::Bits

@@ -46,6 +46,7 @@ RouteBoxes::RouteBoxes(std::span<const Bounds> bounds) {
 
 // The inner loops are over rays, for the compiler to do several at once.
 void Routes::Find() {
+  count_ = 0;
   Row reciprocals[3], to_lower[3], to_upper[3];
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < kMost; ++i) {

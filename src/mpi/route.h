@@ -58,6 +58,9 @@ struct Stop {
 
   /// Whether a hit there counts.
   bool IsWithin(float limit) const { return rank != kNowhere && entry <= routes::Later(limit); }
+
+  /// The rank if it is within `limit`, else kNowhere.
+  int RankWithin(float limit) const { return IsWithin(limit) ? rank : kNowhere; }
 };
 
 /// The ranks that each of some rays enters. All ranks find the same.
@@ -68,8 +71,7 @@ class Routes {
 
   explicit Routes(const RouteBoxes& boxes) : boxes_(boxes), entries_(boxes.size()) {}
 
-  /// The rays, kMost at most: Clear, then Add each, then Find.
-  void Clear() { count_ = 0; }
+  /// The rays, kMost at most: Add each, then Find.
   void Add(const RouteRay& ray) {
     for (int axis = 0; axis < 3; ++axis) {
       orgs_[axis][count_] = ray.org[axis];
@@ -86,18 +88,12 @@ class Routes {
   /// whatever the limit becomes on the way.
   Stop Next(std::size_t i, int last) const;
 
-  /// The same if it is within `limit`, else kNowhere.
-  int NextWithin(std::size_t i, float limit, int last) const {
-    const Stop next = Next(i, last);
-    return next.IsWithin(limit) ? next.rank : kNowhere;
-  }
-
  private:
   using Row = std::array<float, kMost>;  ///< a value of each ray
 
   const RouteBoxes& boxes_;
   std::vector<Row> entries_;  ///< by rank
-  std::size_t count_ = 0;
+  std::size_t count_ = 0;     ///< since the last Find
   Row orgs_[3]{}, dirs_[3]{}, tnears_{};
   std::array<int, kMost> homes_{};
 };

@@ -32,7 +32,7 @@ Message Wait(Link& link, int tag) {
   }
 }
 
-/// Sends what is due, but for its last four bytes; or does not come so far.
+/// Sends what is due, whole or but for its last four bytes; or does not come so far.
 template <class Send>
 void GoWrong(const std::string& fault, Message message, const Send& send) {
   if (fault == "die") raise(SIGKILL);
@@ -40,6 +40,7 @@ void GoWrong(const std::string& fault, Message message, const Send& send) {
     message.Shrink(message.size() - 4);
     send(std::move(message));
   }
+  if (fault == "stranger") send(std::move(message));
   for (;;) sleep(1);
 }
 
@@ -92,7 +93,11 @@ void RunMember(const std::string& fault) {
   head.count = 1;
   Message rays;
   rays.Put(head);
-  rays.Extend(RayKind().bytes());
+  // Of a rank that there is not.
+  RayRecord ray{};
+  Luggage luggage{};
+  luggage.home = 1000;
+  PutRay(ray, luggage, RayKind(), rays.Extend(RayKind().bytes()));
   GoWrong(fault, std::move(rays), [&](Message cut) {
     members.link().Send(0, kTagRays, std::move(cut));
     members.link().Progress();

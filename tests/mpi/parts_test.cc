@@ -225,7 +225,7 @@ std::vector<int> RouteOf(const std::vector<Bounds>& boxes, const Segment& segmen
   Routes routes(route_boxes);
   routes.Add(ray);
   routes.Find();
-  for (int rank = kNew; (rank = routes.NextWithin(0, tfar, rank)) != kNowhere;) {
+  for (int rank = kNew; (rank = routes.Next(0, rank).RankWithin(tfar)) != kNowhere;) {
     ranks.push_back(rank);
     if (ranks.size() > boxes.size()) break;
   }
@@ -337,7 +337,7 @@ TEST(Routes, OfManyRaysAreThoseOfEach) {
   routes.Find();
   for (std::size_t i = 0; i < Routes::kMost; ++i) {
     std::vector<int> ranks;
-    for (int rank = kNew; (rank = routes.NextWithin(i, 3, rank)) != kNowhere;) {
+    for (int rank = kNew; (rank = routes.Next(i, rank).RankWithin(3)) != kNowhere;) {
       ranks.push_back(rank);
     }
     EXPECT_EQ(ranks, RouteOf(row, ray_of(i), 1)) << i;
