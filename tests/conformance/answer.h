@@ -1,6 +1,7 @@
 // Reading two libraries' records after a query, and judging them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -82,6 +83,20 @@ Relation RelationOfDoubts(std::initializer_list<const JudgementBy<Truth>*> judge
   if (doubts & kDoubtEdge) return Relation::kEdge;
   if (doubts & kDoubtInterval) return Relation::kInterval;
   return Relation::kIllConditioned;
+}
+
+/// Where its products overflow the real library takes a hit beyond the end of the ray, and then
+/// others that are nearer than that: the ray on which such others are looked for, if there is one
+/// of the first kind among all its possible hits.
+template <typename Hits>
+std::optional<RTCRay> RayBeyondTheEnd(const RTCRay& ray, const Hits& all) {
+  const bool any_overflows = std::any_of(all.begin(), all.end(), [](const auto& hit) {
+    return (hit.answer.doubts & kDoubtRange) != 0;
+  });
+  if (!any_overflows) return std::nullopt;
+  RTCRay longer = ray;
+  longer.tfar = std::numeric_limits<float>::max();
+  return longer;
 }
 
 inline Comparison Unexplained(std::string reason) {

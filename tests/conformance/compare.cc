@@ -83,17 +83,10 @@ class Judge {
     return judgement;
   }
 
-  /// Where its products overflow the real library takes a hit beyond the end of the ray, and then
-  /// others that are nearer than that.
   TriangleAnswer BeyondTheEnd(const Corners& corners) const {
-    const std::vector<ReferenceHit> all = reference_.MayHits(before_.ray);
-    const bool any_overflows = std::any_of(all.begin(), all.end(), [](const ReferenceHit& hit) {
-      return (hit.answer.doubts & kDoubtRange) != 0;
-    });
-    if (!any_overflows) return {};
-    RTCRay ray = before_.ray;
-    ray.tfar = std::numeric_limits<float>::max();
-    TriangleAnswer answer = TestTriangle(ray, corners);
+    const auto ray = RayBeyondTheEnd(before_.ray, reference_.MayHits(before_.ray));
+    if (!ray) return {};
+    TriangleAnswer answer = TestTriangle(*ray, corners);
     if (answer.MayHit()) answer.doubts |= kDoubtRange;
     return answer;
   }

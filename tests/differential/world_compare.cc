@@ -135,17 +135,10 @@ class Judge {
     return all;
   }
 
-  /// Where its products overflow the real library takes a hit beyond the end of the ray, and then
-  /// others that are nearer than that.
   std::vector<PossibleHit> HitsBeyondTheEnd(const RTCHit& hit) const {
-    const std::vector<PossibleHit> all = reference_.AllHits(before_.ray);
-    const bool any_overflows = std::any_of(all.begin(), all.end(), [](const PossibleHit& possible) {
-      return (possible.answer.doubts & kDoubtRange) != 0;
-    });
-    if (!any_overflows) return {};
-    RTCRay ray = before_.ray;
-    ray.tfar = std::numeric_limits<float>::max();
-    std::vector<PossibleHit> hits = HitsNamed(ray, hit);
+    const auto ray = RayBeyondTheEnd(before_.ray, reference_.AllHits(before_.ray));
+    if (!ray) return {};
+    std::vector<PossibleHit> hits = HitsNamed(*ray, hit);
     for (PossibleHit& possible : hits) possible.answer.doubts |= kDoubtRange;
     return hits;
   }

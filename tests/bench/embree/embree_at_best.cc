@@ -79,11 +79,15 @@ EmbreeAtBest::EmbreeAtBest(const std::string& path, const SceneContent& content,
 EmbreeAtBest::Best EmbreeAtBest::Find(Query query, const BatchSize& size, std::size_t batch,
                                       std::size_t run, RayBuffer& rays) const {
   RayBuffer heat_rays = HeatRays(rays);
-  const auto best = [&](std::size_t together, double Trial::*time) {
+  const auto trials_of = [&](std::size_t together) {
     std::vector<Trial> trials;
     for (const EmbreeVariant& variant : Variants(query, size, together)) {
       trials.push_back(Try(variant, query, heat_rays));
     }
+    return trials;
+  };
+  std::vector<Trial> trials = trials_of(run);
+  const auto best = [&](double Trial::*time) {
     std::ranges::sort(trials, {}, time);
     std::vector<Trial> finals;
     for (const Trial& trial : std::span(trials).first(std::min(kFinalists, trials.size()))) {
@@ -91,8 +95,10 @@ EmbreeAtBest::Best EmbreeAtBest::Find(Query query, const BatchSize& size, std::s
     }
     return std::ranges::min_element(finals, {}, time)->variant;
   };
-  const EmbreeVariant steady = best(run, &Trial::steady);
-  return {anew_ ? best(batch, &Trial::one_shot) : steady, steady};
+  const EmbreeVariant steady = best(&Trial::steady);
+  if (!anew_) return {steady, steady};
+  if (batch != run) trials = trials_of(batch);
+  return {best(&Trial::one_shot), steady};
 }
 
 const EmbreeLibrary& EmbreeAtBest::Library(const EmbreeVariant& variant) const {
