@@ -8,6 +8,9 @@
 #define DACRT_GEOMETRY_BOUND_TRIANGLE_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
+#include <cstdint>
 #include <cstring>
 
 #include "geometry/corner-inl.h"
@@ -23,32 +26,75 @@ struct CornerBox {
   Corner upper;
 };
 
-/// Loads the corners of a triangle of a geometry of still triangles, three coordinates each with
-/// something behind. False if that takes another way: an index is outside the vertices, or the last
-/// one, behind which there may be nothing.
-HWY_INLINE bool LoadCorners(const GeometryTable& geometries, GeometryTable::Name name,
-                            Corner* corners) {
-  if (HWY_UNLIKELY(!geometries.HasTriangles(name.geometry))) return false;
-  const TriangleMesh& mesh = geometries[name.geometry];
-  uint32_t index[3];
-  memcpy(index, geometries.IndicesOf(name.geometry, name.primitive), sizeof(index));
-  for (int i = 0; i < 3; ++i) {
+/// What is read of a geometry to load the corners of its triangles.
+class CornerSource {
+ public:
+  CornerSource() = default;
+  CornerSource(const GeometryTable& geometries, uint32_t geometry) {
+    const TriangleMesh& mesh = geometries[geometry];
+    indices_ = static_cast<const char*>(mesh.triangles);
+    vertices_ = static_cast<const char*>(mesh.vertices);
+    triangle_stride_ = mesh.triangle_stride;
+    vertex_stride_ = mesh.vertex_stride;
     // With a stride of 0 every vertex is the last one.
-    if (size_t{index[i]} + 1 >= mesh.vertex_count || mesh.vertex_stride == 0) return false;
-    corners[i] = Corner::LoadUnaligned(reinterpret_cast<const float*>(
-        static_cast<const char*>(mesh.vertices) + index[i] * mesh.vertex_stride));
+    const bool has_followed =
+        geometries.HasTriangles(geometry) && mesh.vertex_count > 0 && mesh.vertex_stride > 0;
+    followed_vertices_ = has_followed ? mesh.vertex_count - 1 : 0;
   }
-  return true;
-}
+
+  /// Loads the corners of a triangle, three coordinates each with something behind. False if that
+  /// takes another way: the geometry is not of still triangles, an index is outside the vertices,
+  /// or the last one, behind which there may be nothing.
+  HWY_INLINE bool Load(uint32_t primitive, Corner* corners) const {
+    if (HWY_UNLIKELY(followed_vertices_ == 0)) return false;
+    uint32_t index[3];
+    memcpy(index, IndicesOf(primitive), sizeof(index));
+    if (HWY_UNLIKELY(HWY_MAX(HWY_MAX(index[0], index[1]), index[2]) >= followed_vertices_)) {
+      return false;
+    }
+    for (int i = 0; i < 3; ++i) {
+      corners[i] = Corner::LoadUnaligned(reinterpret_cast<const float*>(VertexOf(index[i])));
+    }
+    return true;
+  }
+
+  /// Fetches what will soon be read.
+  HWY_INLINE void FetchIndices(uint32_t primitive) const {
+    if (HWY_LIKELY(followed_vertices_ > 0)) hwy::Prefetch(IndicesOf(primitive));
+  }
+  /// Reads the indices, which should have been fetched.
+  HWY_INLINE void FetchVertices(uint32_t primitive) const {
+    if (HWY_UNLIKELY(followed_vertices_ == 0)) return;
+    uint32_t index[3];
+    memcpy(index, IndicesOf(primitive), sizeof(index));
+    for (const uint32_t i : index) hwy::Prefetch(VertexOf(i));
+  }
+
+ private:
+  HWY_INLINE const char* IndicesOf(uint32_t primitive) const {
+    return indices_ + size_t{primitive} * triangle_stride_;
+  }
+  /// Wherever that is: to fetch does not fail, whatever the address.
+  HWY_INLINE const char* VertexOf(uint32_t index) const {
+    return reinterpret_cast<const char*>(reinterpret_cast<std::uintptr_t>(vertices_) +
+                                         index * vertex_stride_);
+  }
+
+  const char* indices_ = nullptr;
+  const char* vertices_ = nullptr;
+  size_t triangle_stride_ = 0, vertex_stride_ = 0;
+  size_t followed_vertices_ = 0;  ///< those before the last one; 0 if nothing is read this way
+};
 
 HWY_INLINE CornerBox BoundCorners(const Corner* c) {
   return {Min(Min(c[0], c[1]), c[2]), Max(Max(c[0], c[1]), c[2])};
 }
 
 /// Bounds of a triangle that can be hit.
-HWY_INLINE CornerBox BoundUsable(const GeometryTable& geometries, GeometryTable::Name name) {
+HWY_INLINE CornerBox BoundUsable(const GeometryTable& geometries, const CornerSource& source,
+                                 GeometryTable::Name name) {
   Corner corners[3];
-  if (HWY_LIKELY(LoadCorners(geometries, name, corners))) return BoundCorners(corners);
+  if (HWY_LIKELY(source.Load(name.primitive, corners))) return BoundCorners(corners);
   TriangleRef ref{};
   BoundTriangle(geometries, name, ref);
   return {Corner::Load(ref.lower), Corner::Load(ref.upper)};
@@ -71,10 +117,10 @@ HWY_INLINE bool IsUsable(const Corner* corners) {
 }
 
 /// Bounds of a triangle, if it can be hit.
-HWY_INLINE bool BoundIfUsable(const GeometryTable& geometries, GeometryTable::Name name,
-                              CornerBox& box) {
+HWY_INLINE bool BoundIfUsable(const GeometryTable& geometries, const CornerSource& source,
+                              GeometryTable::Name name, CornerBox& box) {
   Corner corners[3];
-  if (HWY_LIKELY(LoadCorners(geometries, name, corners))) {
+  if (HWY_LIKELY(source.Load(name.primitive, corners))) {
     box = BoundCorners(corners);
     return IsUsable(corners);
   }
@@ -83,6 +129,46 @@ HWY_INLINE bool BoundIfUsable(const GeometryTable& geometries, GeometryTable::Na
   box = {Corner::Load(ref.lower), Corner::Load(ref.upper)};
   return true;
 }
+HWY_INLINE bool BoundIfUsable(const GeometryTable& geometries, GeometryTable::Name name,
+                              CornerBox& box) {
+  return BoundIfUsable(geometries, CornerSource(geometries, name.geometry), name, box);
+}
+
+/// Finds triangles by their numbers. Many that follow each other are of one geometry: what is
+/// looked up of it is kept.
+class TriangleFinder {
+ public:
+  explicit TriangleFinder(const GeometryTable& geometries) : geometries_(geometries) {}
+
+  HWY_INLINE GeometryTable::Name Find(uint32_t number) {
+    if (HWY_UNLIKELY(number - first_ >= count_)) Enter(geometries_.Locate(number).geometry);
+    return {geometry_, number - first_};
+  }
+
+  /// Of the geometry of the triangle that was found last.
+  const CornerSource& source() const { return source_; }
+
+  HWY_INLINE CornerBox BoundUsable(uint32_t number) {
+    const GeometryTable::Name name = Find(number);
+    return HWY_NAMESPACE::BoundUsable(geometries_, source_, name);
+  }
+  HWY_INLINE bool BoundIfUsable(uint32_t number, CornerBox& box) {
+    const GeometryTable::Name name = Find(number);
+    return HWY_NAMESPACE::BoundIfUsable(geometries_, source_, name, box);
+  }
+
+ private:
+  HWY_NOINLINE void Enter(uint32_t geometry) {
+    geometry_ = geometry;
+    first_ = geometries_.Number(geometry, 0);
+    count_ = static_cast<uint32_t>(geometries_[geometry].triangle_count);
+    source_ = CornerSource(geometries_, geometry);
+  }
+
+  const GeometryTable& geometries_;
+  CornerSource source_;
+  uint32_t geometry_ = 0, first_ = 0, count_ = 0;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

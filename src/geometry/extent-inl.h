@@ -104,14 +104,20 @@ struct Extent {
     return extent;
   }
 
-  HWY_INLINE Box Get() const {
+  /// Writes the corners, and nothing behind them.
+  template <class Corners>
+  HWY_INLINE void Put(Corners& box) const {
     Floats floats;
     Store(floats);
-    Box box;
     for (int axis = 0; axis < 3; ++axis) {
       box.lower[axis] = floats.value[axis];
       box.upper[axis] = -floats.value[4 + axis];
     }
+  }
+
+  HWY_INLINE Box Get() const {
+    Box box;
+    Put(box);
     box.lower[3] = box.upper[3] = 0;
     return box;
   }

@@ -122,7 +122,8 @@ struct ChildBoxes {
   HWY_ALIGN float lower[3][WideNode::kWidth];
   HWY_ALIGN float upper[3][WideNode::kWidth];
 
-  void Set(size_t i, const Box& box) {
+  template <class Corners>
+  void Set(size_t i, const Corners& box) {
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis][i] = box.lower[axis];
       upper[axis][i] = box.upper[axis];

@@ -18,6 +18,19 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+/// Sets what stands behind the volumes of a new node.
+inline void SetChildren(const ChildWord* words, size_t count, WideNode& node) {
+  node.unused = 0;
+  node.lock = 0;
+  node.bare = 0;
+  node.stale = 0;
+  for (size_t i = 0; i < WideNode::kWidth; ++i) {
+    const ChildWord word = i < count ? words[i] : ChildWord();
+    node.child[i] = word.bits();
+    node.bare |= static_cast<uint8_t>(word.IsLeaf() << i);
+  }
+}
+
 /// Makes nodes over ranges of references. `Leaves` says when a range is one, and what stands behind
 /// it:
 ///   bool IsLeaf(const WeighedRange&)
@@ -91,21 +104,14 @@ class NodeBuilder {
     const Box* boxes[WideNode::kWidth];
     for (size_t i = 0; i < count; ++i) boxes[i] = &ranges_[children[i]].bounds;
     EncodeChildren(boxes, count, node);
-    node.unused = 0;
-    node.lock = 0;
-    node.bare = 0;
-    node.stale = 0;
     size_t inner = 0;
-    for (size_t i = 0; i < WideNode::kWidth; ++i) {
-      ChildWord word;
-      if (i < count) {
-        const BinaryRange& child = ranges_[children[i]];
-        word = child.IsLeaf() ? leaves_.Child(child)
-                              : ChildWord::Inner(static_cast<uint32_t>(count_ + inner++));
-      }
-      node.child[i] = word.bits();
-      node.bare |= static_cast<uint8_t>(word.IsLeaf() << i);
+    ChildWord words[WideNode::kWidth];
+    for (size_t i = 0; i < count; ++i) {
+      const BinaryRange& child = ranges_[children[i]];
+      words[i] = child.IsLeaf() ? leaves_.Child(child)
+                                : ChildWord::Inner(static_cast<uint32_t>(count_ + inner++));
     }
+    SetChildren(words, count, node);
     size_t next = count_;
     count_ += inner;
     for (size_t i = 0; i < count; ++i) {

@@ -11,12 +11,10 @@ namespace {
 std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
-/// to take, of triangles that are split well, and fast. Quads and cells of grids fill two lanes of
-/// a leaf.
-constexpr std::size_t kLanesANode = 28, kLanesANodeFast = 22;
-std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes,
-                     std::size_t lanes_a_node = kLanesANode) {
-  return 16 + lanes * kLeafLanes / (lanes_a_node * leaf_lanes);
+/// to take. Quads and cells of grids fill two lanes of a leaf.
+constexpr std::size_t kLanesANode = 28;
+std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
+  return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
 }
 
 std::size_t LanesOf(const GeometryTable& geometries) {
@@ -124,13 +122,6 @@ KeptPartition::KeptPartition(const KeptPartition& other)
 std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
   const std::size_t units = nodes * kUnitsANode;
   return room_units_ > units ? room_units_ - units : 0;
-}
-
-void KeptPartition::SetShortLived() {
-  is_short_lived_ = true;
-  const std::size_t nodes = NodesFor(LanesOf(*geometries_), kLeafLanes, kLanesANodeFast);
-  leaf_units_ = std::min(leaf_units_, LeafUnitsBeside(nodes));
-  leaf_room_ = leaf_units_ > 0;
 }
 
 /// Each piece of the numbers is listed where it would stand if every triangle could be hit.

@@ -191,8 +191,7 @@ class KeptPartition {
   /// Whether it came in the place of another one, and so may not live for long: what is split from
   /// now on is split fast rather than well.
   bool is_short_lived() const { return is_short_lived_; }
-  /// Before anything is split.
-  void SetShortLived();
+  void SetShortLived() { is_short_lived_ = true; }
 
   /// Whether single any-hit rays should visit the children of a node from the last one on, as far
   /// as threads have learnt (see trace/child_order.h). No answer depends on it.

@@ -20,10 +20,10 @@ inline ListedTriangles ListTriangles(const GeometryTable& geometries, size_t beg
                                      uint32_t* numbers) {
   CornerBounds bounds, centers;
   size_t count = 0, left_out = end - begin;
+  TriangleFinder triangles(geometries);
   for (size_t number = begin; number < end; ++number) {
-    const GeometryTable::Name name = geometries.Locate(static_cast<uint32_t>(number));
     CornerBox box;
-    if (HWY_UNLIKELY(!BoundIfUsable(geometries, name, box))) {
+    if (HWY_UNLIKELY(!triangles.BoundIfUsable(static_cast<uint32_t>(number), box))) {
       numbers[--left_out] = static_cast<uint32_t>(number);
       continue;
     }

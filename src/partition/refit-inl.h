@@ -107,9 +107,10 @@ inline bool AllCanBeHit(const TriangleMesh& mesh) {
 inline bool SameCanBeHit(const GeometryTable& now, uint32_t geometry, size_t left_out) {
   if (left_out == 0 && now.HasTriangles(geometry) && AllCanBeHit(now[geometry])) return true;
   size_t count = 0;
+  const CornerSource source(now, geometry);
   for (uint32_t primitive = 0; primitive < now[geometry].triangle_count; ++primitive) {
     CornerBox box;
-    count += !BoundIfUsable(now, {geometry, primitive}, box);
+    count += !BoundIfUsable(now, source, {geometry, primitive}, box);
   }
   return count == left_out;
 }
@@ -201,7 +202,7 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
   for (uint32_t i = 0; i < subset.count; ++i) {
     const GeometryTable::Name name = names.Next();
     CornerBox box;
-    if (BoundIfUsable(geometries, name, box)) bounds.Extend(box.lower, box.upper);
+    if (BoundIfUsable(geometries, names.source(), name, box)) bounds.Extend(box.lower, box.upper);
     geometry_bits |= GeometryBit(geometries, name.geometry);
   }
   subset.geometry_bits = geometry_bits;

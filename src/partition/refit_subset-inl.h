@@ -34,7 +34,7 @@ class SubsetRefit {
       : kept_(kept),
         geometries_(kept.geometries()),
         order_(kept.triangles().subspan(subset.begin, subset.count)),
-        names_(geometries_) {
+        triangles_(geometries_) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
     ReadIndices();
     for (const WideNode& node : nodes) FetchCopies(node);
@@ -116,7 +116,7 @@ class SubsetRefit {
     do {
       const uint32_t entry = order_[next_++];
       CornerBox box;
-      if (BoundIfUsable(geometries_, names_.Find(KeptOrder::NumberOf(entry)), box)) {
+      if (triangles_.BoundIfUsable(KeptOrder::NumberOf(entry), box)) {
         bounds.Extend(box.lower, box.upper);
       } else {
         has_hidden_ = true;
@@ -166,12 +166,12 @@ class SubsetRefit {
   }
 
   /// Triangles ahead of which indices are fetched.
-  static constexpr size_t kAhead = 32;
+  static constexpr size_t kAhead = 64;
 
   KeptPartition& kept_;
   const GeometryTable& geometries_;
   const std::span<const uint32_t> order_;
-  NameFinder names_;
+  TriangleFinder triangles_;
   size_t next_ = 0;
   uint64_t geometry_bits_ = 0;
   bool has_hidden_ = false;

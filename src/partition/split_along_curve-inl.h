@@ -13,11 +13,10 @@
 #endif
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <limits>
-#include <utility>
 
+#include "partition/sort_along_curve-inl.h"
 #include "partition/surface_split-inl.h"
 #include "runtime/scratch.h"
 
@@ -31,61 +30,6 @@ struct AlongCurve {
   /// Ranges of at most so many triangles are split on three axes, and ordered anew.
   size_t by_surface;
 };
-
-/// Of a triangle's number among those of a subset, and of a cell of the curve on an axis: together
-/// they fill a word.
-inline constexpr uint32_t kNumberBits = 11, kCurveBits = 7;
-static_assert(SubsetScratch::kTriangles == 1u << kNumberBits);
-
-/// Sorts the references of a range that begins with scratch.refs along a Morton curve, and writes
-/// their codes to scratch.codes[0].
-inline void SortAlongCurve(const TriangleRange& range, SubsetScratch& scratch) {
-  constexpr uint32_t kCells = 1u << kCurveBits;
-  // Bits of a number, two places apart.
-  static constexpr auto kSpread = [] {
-    std::array<uint32_t, kCells> spread{};
-    for (uint32_t i = 0; i < kCells; ++i) {
-      for (uint32_t bit = 0; bit < kCurveBits; ++bit) spread[i] |= (i >> bit & 1) << (3 * bit);
-    }
-    return spread;
-  }();
-  // Cells are cubes: an axis on which triangles hardly differ should not be split as often.
-  Box cube = range.centers;
-  float size = 0;
-  for (int axis = 0; axis < 3; ++axis) size = HWY_MAX(size, cube.upper[axis] - cube.lower[axis]);
-  for (int axis = 0; axis < 3; ++axis) cube.upper[axis] = cube.lower[axis] + size;
-  const BinMap map(cube, kCells);
-
-  const size_t count = range.count();
-  uint32_t places[3][kCells] = {};
-  uint32_t* from = scratch.codes[1];
-  uint32_t* to = scratch.codes[0];
-  for (size_t i = 0; i < count; ++i) {
-    const TriangleRef& ref = scratch.refs[i];
-    HWY_ALIGN int32_t cell[4];
-    map.Map(TwiceCenter(Corner::Load(ref.lower), Corner::Load(ref.upper)), cell);
-    const uint32_t code = kSpread[cell[0]] | kSpread[cell[1]] << 1 | kSpread[cell[2]] << 2;
-    for (uint32_t digit = 0; digit < 3; ++digit) {
-      ++places[digit][code >> (digit * kCurveBits) & (kCells - 1)];
-    }
-    from[i] = code << kNumberBits | static_cast<uint32_t>(i);
-  }
-  for (uint32_t digit = 0; digit < 3; ++digit) {
-    uint32_t next = 0;
-    for (uint32_t& place : places[digit]) next += std::exchange(place, next);
-    const uint32_t shift = kNumberBits + digit * kCurveBits;
-    for (size_t i = 0; i < count; ++i) {
-      to[places[digit][from[i] >> shift & (kCells - 1)]++] = from[i];
-    }
-    std::swap(from, to);
-  }
-  // Three passes end where the second one began.
-  DACRT_ASSERT(from == scratch.codes[0]);
-  for (size_t i = 0; i < count; ++i) {
-    scratch.spare[i] = scratch.refs[from[i] & (SubsetScratch::kTriangles - 1)];
-  }
-  std::copy_n(scratch.spare, count, scratch.refs);
-}
 
 /// The best split of a range of at least two references by the surfaces of its sides.
 inline WeighedChildren SplitRange(const AlongCurve& curve, TriangleRef* refs,

@@ -69,18 +69,18 @@ inline void SortIntoCells(KeptPartition& kept, std::span<const uint32_t> triangl
     std::copy_n(empty.upper, 3, cells[cell].upper);
     place[cell] = 0;
   }
+  const uint32_t* const numbers = triangles.data();
+  uint16_t* const cell_of = grid.cell_of;
+  std::copy_n(numbers + part.begin, part.end - part.begin, grid.triangles + part.begin);
+  const auto an_axis = static_cast<int32_t>(grid.cells_an_axis);
+  TriangleFinder finder(kept.geometries());
   for (size_t i = part.begin; i < part.end; ++i) {
-    const auto [lower, upper] =
-        BoundUsable(kept.geometries(), kept.geometries().Locate(triangles[i]));
+    const auto [lower, upper] = finder.BoundUsable(numbers[i]);
     HWY_ALIGN int32_t number[4];
     map.bins.Map(TwiceCenter(lower, upper), number);
-    const size_t cell = map.by_order
-                            ? i * grid.CellCount() / triangles.size()
-                            : (static_cast<size_t>(number[2]) * grid.cells_an_axis + number[1]) *
-                                      grid.cells_an_axis +
-                                  number[0];
-    grid.triangles[i] = triangles[i];
-    grid.cell_of[i] = static_cast<uint16_t>(cell);
+    auto cell = static_cast<size_t>((number[2] * an_axis + number[1]) * an_axis + number[0]);
+    if (HWY_UNLIKELY(map.by_order)) cell = i * grid.CellCount() / triangles.size();
+    cell_of[i] = static_cast<uint16_t>(cell);
     TriangleRef& bounds = cells[cell];
     Min(Corner::Load(bounds.lower), lower).Store(bounds.lower);
     Max(Corner::Load(bounds.upper), upper).Store(bounds.upper);

@@ -26,8 +26,9 @@ struct NumberBounds {
 inline NumberBounds BoundNumbers(const GeometryTable& geometries,
                                  std::span<const uint32_t> numbers) {
   CornerBounds triangles, centers;
+  TriangleFinder finder(geometries);
   for (const uint32_t number : numbers) {
-    const auto [lower, upper] = BoundUsable(geometries, geometries.Locate(number));
+    const auto [lower, upper] = finder.BoundUsable(number);
     triangles.Extend(lower, upper);
     centers.Extend(TwiceCenter(lower, upper));
   }
@@ -43,8 +44,9 @@ inline size_t HalveNumbers(const GeometryTable& geometries, std::span<uint32_t> 
     if (centers.upper[i] - centers.lower[i] > centers.upper[axis] - centers.lower[axis]) axis = i;
   }
   const BinMap halves(centers, 2);
+  TriangleFinder finder(geometries);
   const auto middle = std::partition(numbers.begin(), numbers.end(), [&](uint32_t number) HWY_ATTR {
-    const auto [lower, upper] = BoundUsable(geometries, geometries.Locate(number));
+    const auto [lower, upper] = finder.BoundUsable(number);
     HWY_ALIGN int32_t half[4];
     halves.Map(TwiceCenter(lower, upper), half);
     return half[axis] == 0;

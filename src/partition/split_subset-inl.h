@@ -10,28 +10,31 @@
 #include "geometry/bound_triangle-inl.h"
 #include "partition/build_nodes-inl.h"
 #include "partition/kept_partition.h"
+#include "partition/pack_along_curve-inl.h"
 #include "partition/read_ahead-inl.h"
+#include "partition/sort_along_curve-inl.h"
 #include "partition/split_along_curve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Makes references to the triangles of `order`, at most SubsetScratch::kTriangles, in
-/// scratch.refs.
+/// Makes references to the triangles of `order`.
 inline TriangleRange ReferTriangles(const GeometryTable& geometries,
-                                    std::span<const uint32_t> order, SubsetScratch& scratch) {
+                                    std::span<const uint32_t> order, TriangleRef* refs) {
   ReadAhead names(geometries, order);
+  CornerBounds bounds, centers;
   for (size_t i = 0; i < order.size(); ++i) {
     const GeometryTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(geometries, name);
-    TriangleRef& ref = scratch.refs[i];
-    lower.Store(ref.lower);
-    upper.Store(ref.upper);
-    ref.primitive = name.primitive;
-    ref.geometry = name.geometry;
+    const auto [lower, upper] = BoundUsable(geometries, names.source(), name);
+    bounds.Extend(lower, upper);
+    centers.Extend(TwiceCenter(lower, upper));
+    lower.Store(refs[i].lower);
+    upper.Store(refs[i].upper);
+    refs[i].primitive = name.primitive;
+    refs[i].geometry = name.geometry;
   }
-  return MeasureTriangles(scratch.refs, 0, order.size());
+  return {0, order.size(), bounds.Get(), centers.Get()};
 }
 
 /// Leaves with a few triangles.
@@ -39,9 +42,10 @@ struct TriangleLeaves {
   bool IsLeaf(const WeighedRange& child) const {
     return child.weight <= lanes || child.range.count() == 1;
   }
-  ChildWord Child(const BinaryRange& child) {
-    is_last[child.end - 1] = true;
-    return ChildWord::Range(first + child.begin);
+  ChildWord Child(const BinaryRange& child) { return Child(child.begin, child.end); }
+  ChildWord Child(uint32_t begin, uint32_t end) {
+    is_last[end - 1] = true;
+    return ChildWord::Range(first + begin);
   }
 
   size_t lanes;    ///< of a leaf
@@ -53,14 +57,12 @@ struct TriangleLeaves {
 /// traced some percent faster.
 enum class SplitRule { kFast, kWell };
 
-/// Triangles up to which ranges are split on three axes. Sponza, ms to split it and trace 10,000
-/// diffuse rays, and to trace 200,000 when it is split: with 0 40 and 76, 16 44 and 75, 32 44 and
-/// 71, 48 45 and 72; with all 54 and 71. With nodes of least surface, ms for the first 1,024 rays, ns
-/// a diffuse and a shadow ray of 65,536 when it is split: with 32 24.3, 215; 64 25.9, 196, 58.8; 128
-/// 27.6, 196, 54.6. Where leaves are large nodes have no room for what curves cost, and it is all.
-constexpr size_t BySurface(SplitRule rule, size_t leaf_lanes) {
-  if (leaf_lanes > kLeafLanes) return SubsetScratch::kTriangles;
-  return rule == SplitRule::kFast ? 0 : 128;
+/// Triangles up to which ranges are split on three axes. Sponza, nodes of least surface, ms for the
+/// first 1,024 rays, ns a diffuse and a shadow ray of 65,536 when it is split: with 32 24.3, 215;
+/// 64 25.9, 196, 58.8; 128 27.6, 196, 54.6. Where leaves are large nodes have no room for what
+/// curves cost, and it is all.
+constexpr size_t BySurface(size_t leaf_lanes) {
+  return leaf_lanes > kLeafLanes ? SubsetScratch::kTriangles : 128;
 }
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
@@ -70,23 +72,32 @@ inline size_t SplitTriangles(const GeometryTable& geometries, size_t leaf_lanes,
                              std::span<uint32_t> order, SplitRule rule, SubsetScratch& scratch,
                              Box* bounds = nullptr) {
   DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
-  const TriangleRange range = ReferTriangles(geometries, order, scratch);
+  const bool one_lane_each = geometries.all_fill_one_lane();
+  const bool packs = rule == SplitRule::kFast && leaf_lanes == kLeafLanes;
+  const bool has_curve = packs || one_lane_each;
+  const TriangleRange range =
+      ReferTriangles(geometries, order, has_curve ? scratch.spare : scratch.refs);
   if (bounds) *bounds = range.bounds;
+  if (has_curve) SortAlongCurve(range, scratch);
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
-  const std::span<BinaryRange> ranges(scratch.ranges);
-  const std::span<WideNode> nodes(scratch.nodes);
+  const auto split = [&](const auto& kind, size_t weight) {
+    return NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
+                       std::span(scratch.nodes), scratch)
+        .Build({range, weight});
+  };
+  const Items items{geometries};
   size_t count;
-  if (geometries.all_fill_one_lane()) {
-    SortAlongCurve(range, scratch);
-    const AlongCurve curve{scratch.codes[0], BySurface(rule, leaf_lanes)};
-    count = NodeBuilder(curve, scratch.refs, leaves, ranges, nodes, scratch)
-                .Build({range, range.count()});
+  if (packs && one_lane_each) {
+    count = PackAlongCurve(Triangles(), range, leaves, scratch);
+  } else if (packs) {
+    count = PackAlongCurve(items, range, leaves, scratch);
+  } else if (one_lane_each) {
+    count = split(AlongCurve{scratch.codes[0], BySurface(leaf_lanes)}, range.count());
   } else {
-    const Items items{geometries};
     size_t weight = 0;
     for (size_t i = 0; i < order.size(); ++i) weight += items.Weight(scratch.refs[i]);
-    count = NodeBuilder(items, scratch.refs, leaves, ranges, nodes, scratch).Build({range, weight});
+    count = split(items, weight);
   }
   if (count == 0) return 0;
   for (size_t i = 0; i < order.size(); ++i) {

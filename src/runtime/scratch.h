@@ -52,6 +52,14 @@ struct SplitCandidate {
   std::size_t right_count;
 };
 
+/// What becomes a leaf or a node: [begin, end) of what stands in the row below it.
+struct alignas(32) PackedRange {
+  float lower[3];
+  uint32_t begin;
+  float upper[3];
+  uint32_t end;
+};
+
 /// Where a subset of the kept partition is split (see split_subset-inl.h).
 struct SubsetScratch {
   /// Triangles up to which a subset is split in one go: with its nodes it fits the second-level
@@ -62,8 +70,14 @@ struct SubsetScratch {
 
   TriangleRef refs[kTriangles];
   TriangleRef spare[kTriangles];  ///< for references that move
-  uint32_t codes[2][kTriangles];  ///< see split_along_curve-inl.h
-  BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
+  uint32_t codes[2][kTriangles];  ///< see sort_along_curve-inl.h
+  union {
+    BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
+    struct {
+      PackedRange packed[2 * kTriangles];  ///< of all rows, see pack_along_curve-inl.h
+      uint8_t sizes[kTriangles];
+    };
+  };
   WideNode nodes[kNodes];
   uint32_t order[kTriangles];
   bool is_last[kTriangles];  ///< of its leaf

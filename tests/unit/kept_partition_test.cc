@@ -253,12 +253,15 @@ void ItemsOfTwoLanes() {
     geometries[1].geometry_id = 1;
     geometries[1].primitives = {mesh.triangles.data(), 12};
     geometries[1].primitive_count = triangles;
-    Kept kept(geometries, kPlenty);
-    EXPECT_FALSE(kept.table().all_fill_one_lane());
-    Walker walker(kept);
-    walker.Walk(true);
-    EXPECT_GE(walker.leaves, 3000u / 4);
-    if (testing::Test::HasFatalFailure()) return;
+    for (const bool is_short_lived : {false, true}) {
+      Kept kept(geometries, kPlenty);
+      EXPECT_FALSE(kept.table().all_fill_one_lane());
+      if (is_short_lived) kept.partition.SetShortLived();
+      Walker walker(kept);
+      walker.Walk(true);
+      EXPECT_GE(walker.leaves, 3000u / 4);
+      if (testing::Test::HasFatalFailure()) return;
+    }
   }
 }
 
