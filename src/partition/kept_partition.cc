@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "runtime/scratch.h"
+
 namespace dacrt {
 namespace {
 
@@ -56,8 +58,8 @@ std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
   return std::max(budget, LeastBytes(triangles)) / kLeafUnit * kLeafUnit;
 }
 
-KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget, ListFunction list,
-                             TaskPool& tasks, const MemoryAccount* account)
+KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget,
+                             const FirstLook& look, TaskPool& tasks, const MemoryAccount* account)
     : geometries_(&geometries), account_(account) {
   const std::size_t most = geometries.triangle_count();
   const std::size_t bytes = BytesFor(most, budget);
@@ -81,7 +83,7 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
     leaf_lanes_ += kLeafLanes;
   }
 
-  List(list, tasks);
+  List(look, tasks);
   subset_count_ = 1;
   subsets_[0].begin = 0;
   subsets_[0].count = static_cast<uint32_t>(triangles_.size());
@@ -125,24 +127,31 @@ std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
 }
 
 /// Each piece of the numbers is listed where it would stand if every triangle could be hit.
-void KeptPartition::List(ListFunction list, TaskPool& tasks) {
+void KeptPartition::List(const FirstLook& look, TaskPool& tasks) {
   constexpr std::size_t kPiece = 65536;  // half a millisecond
   const std::size_t most = triangles_.size();
   std::vector<uint32_t> left_out;
   std::vector<ListedTriangles> pieces((most + kPiece - 1) / kPiece);
+  if (most > SubsetScratch::kTriangles) PlaceGrid(tasks);
+  if (sorted_) pieces.resize(sorted_->parts);
+  const auto begin_of = [&](std::size_t piece) {
+    return sorted_ ? sorted_->PartOf(piece).begin : piece * kPiece;
+  };
+  const Box centers = sorted_ ? look.sample_centers(*geometries_) : Box::Empty();
   tasks.ForEach(pieces.size(), [&](std::size_t i) {
-    const std::size_t begin = i * kPiece;
-    pieces[i] =
-        list(*geometries_, begin, std::min(begin + kPiece, most), triangles_.data() + begin);
+    const std::size_t begin = begin_of(i);
+    uint32_t* const numbers = triangles_.data() + begin;
+    pieces[i] = sorted_ ? look.list_into_cells(*geometries_, *sorted_, i, centers, numbers)
+                        : look.list(*geometries_, begin, std::min(begin + kPiece, most), numbers);
   });
   std::size_t kept = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const std::size_t begin = i * kPiece, end = std::min(begin + kPiece, most);
+    const std::size_t begin = begin_of(i), end = i + 1 < pieces.size() ? begin_of(i + 1) : most;
     left_out.insert(left_out.end(), triangles_.data() + begin + pieces[i].count,
                     triangles_.data() + end);
     if (pieces[i].count == 0) continue;
-    if (kept < i * kPiece) {
-      std::copy_n(triangles_.data() + i * kPiece, pieces[i].count, triangles_.data() + kept);
+    if (kept < begin) {
+      std::copy_n(triangles_.data() + begin, pieces[i].count, triangles_.data() + kept);
     }
     kept += pieces[i].count;
     bounds_.Extend(pieces[i].bounds.lower);
@@ -153,6 +162,19 @@ void KeptPartition::List(ListFunction list, TaskPool& tasks) {
   left_out_ = triangles_.subspan(kept);
   std::copy(left_out.begin(), left_out.end(), left_out_.begin());
   triangles_ = triangles_.first(kept);
+  if (!left_out.empty()) sorted_.reset();
+}
+
+/// A grid in the memory that leaves will have, if there is enough.
+void KeptPartition::PlaceGrid(TaskPool& tasks) {
+  const std::size_t parts = Grid::PartsFor(triangles_.size(), tasks.threads());
+  const Grid::Sizes sizes(triangles_.size(), parts);
+  const std::size_t bytes = RoundUp(sizes.bytes, alignof(WideNode));
+  const auto* const nodes = reinterpret_cast<const std::byte*>(nodes_ + sizes.nodes);
+  const std::size_t offset =
+      (memory_.bytes() - std::min(memory_.bytes(), bytes + kReadBehind)) & ~(alignof(WideNode) - 1);
+  if (memory_.data() + offset < nodes) return;
+  sorted_.emplace(triangles_.size(), parts, memory_.data() + offset);
 }
 
 bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,

@@ -12,13 +12,16 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "geometry/box.h"
 #include "geometry/geometry_table.h"
 #include "geometry/triangle_refs.h"
 #include "geometry/wide_node.h"
 #include "leaf/leaf_block.h"
+#include "partition/grid.h"
 #include "runtime/assert.h"
 #include "runtime/pages.h"
 #include "runtime/tasks.h"
@@ -92,17 +95,28 @@ struct ListedTriangles {
 using ListFunction = ListedTriangles (*)(const GeometryTable& geometries, std::size_t begin,
                                          std::size_t end, uint32_t* numbers);
 
+/// The first look at a scene's triangles, for an instruction set (see list_triangles-inl.h).
+struct FirstLook {
+  ListFunction list;
+  /// The same for a part of a grid, into the cells of which they are sorted on the way; which stand
+  /// where they belong if all of them can be hit.
+  ListedTriangles (*list_into_cells)(const GeometryTable& geometries, const Grid& grid,
+                                     std::size_t part, const Box& centers, uint32_t* numbers);
+  /// About what the centres of all will be.
+  Box (*sample_centers)(const GeometryTable& geometries);
+};
+
 class KeptPartition {
  public:
   static constexpr std::size_t kLeafUnit = PartitionView::kLeafUnit;
   /// Leaf blocks are read by whole vectors, which may reach so far behind their end.
   static constexpr std::size_t kReadBehind = 64;
 
-  /// For `geometries`, whose triangles `list` lists on the threads of `tasks`, in at most `budget`
+  /// For `geometries`, whose triangles are listed on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a byte more for each counts as one that
   /// just does. `account`, if there is one, hears of them, and of the memory
   /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
-  KeptPartition(const GeometryTable& geometries, std::size_t budget, ListFunction list,
+  KeptPartition(const GeometryTable& geometries, std::size_t budget, const FirstLook& look,
                 TaskPool& tasks, const MemoryAccount* account = nullptr);
 
   /// The same once more, with what has been split so far. Nobody may trace the other one meanwhile.
@@ -120,6 +134,9 @@ class KeptPartition {
   std::span<const uint32_t> left_out() const { return left_out_; }
   /// Bounds of lower + upper of each triangle, which is twice its centre.
   const Box& centers() const { return centers_; }
+  /// The grid into which they were sorted when they were listed, where there was room for one and
+  /// all can be hit: in the memory of leaves, so that it is nothing's any more when one is made.
+  std::optional<Grid> TakeSorted() { return std::exchange(sorted_, std::nullopt); }
 
   const GeometryTable& geometries() const { return *geometries_; }
   const MemoryAccount* account() const { return account_; }
@@ -205,7 +222,8 @@ class KeptPartition {
   std::size_t BytesReserved() const { return memory_.bytes(); }
 
  private:
-  void List(ListFunction list, TaskPool& tasks);
+  void List(const FirstLook& look, TaskPool& tasks);
+  void PlaceGrid(TaskPool& tasks);
   /// What stands in a place of this one's memory as something does in another one's.
   template <class T>
   T* Same(const KeptPartition& other, T* place) const {
@@ -223,6 +241,7 @@ class KeptPartition {
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();
   Pages memory_;
+  std::optional<Grid> sorted_;
   std::span<uint32_t> triangles_;
   std::span<uint32_t> left_out_;
   std::span<Subset> subsets_;

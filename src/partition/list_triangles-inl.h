@@ -9,30 +9,71 @@
 
 #include "geometry/bound_triangle-inl.h"
 #include "partition/kept_partition.h"
+#include "partition/sort_into_cells-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// Of the triangles numbered [begin, end), writes the numbers of those that can be hit to
-/// `numbers`, and those of the others behind them.
+/// `numbers`, and those of the others behind them. `look(number, lower, upper)` is called for those
+/// that can.
+template <class Look>
 inline ListedTriangles ListTriangles(const GeometryTable& geometries, size_t begin, size_t end,
-                                     uint32_t* numbers) {
+                                     uint32_t* numbers, const Look& look) {
   CornerBounds bounds, centers;
   size_t count = 0, left_out = end - begin;
   TriangleFinder triangles(geometries);
-  for (size_t number = begin; number < end; ++number) {
+  for (size_t i = begin; i < end; ++i) {
+    const auto number = static_cast<uint32_t>(i);
     CornerBox box;
-    if (HWY_UNLIKELY(!triangles.BoundIfUsable(static_cast<uint32_t>(number), box))) {
-      numbers[--left_out] = static_cast<uint32_t>(number);
+    if (HWY_UNLIKELY(!triangles.BoundIfUsable(number, box))) {
+      numbers[--left_out] = number;
       continue;
     }
     bounds.Extend(box.lower, box.upper);
     centers.Extend(TwiceCenter(box.lower, box.upper));
-    numbers[count++] = static_cast<uint32_t>(number);
+    look(number, box.lower, box.upper);
+    numbers[count++] = number;
   }
   return {count, bounds.Get(), centers.Get()};
 }
+
+inline ListedTriangles ListTriangles(const GeometryTable& geometries, size_t begin, size_t end,
+                                     uint32_t* numbers) {
+  return ListTriangles(geometries, begin, end, numbers,
+                       [](uint32_t, const Corner&, const Corner&) HWY_ATTR {});
+}
+
+/// The same for a part of a grid, into the cells of which they are sorted on the way.
+inline ListedTriangles ListIntoCells(const GeometryTable& geometries, const Grid& grid, size_t part,
+                                     const Box& centers, uint32_t* numbers) {
+  CellSorter sorter(grid, part, centers);
+  const Grid::Part range = grid.PartOf(part);
+  return ListTriangles(geometries, range.begin, range.end, numbers,
+                       [&](uint32_t number, const Corner& lower, const Corner& upper)
+                           HWY_ATTR { sorter.Add(number, number, lower, upper); });
+}
+
+/// About where the centres of all triangles lie: of some of them. With a 64th of them instead of an
+/// eighth rays took up to 3 % longer in Sponza, since other cells were at the rim.
+inline Box SampleCenters(const GeometryTable& geometries) {
+  constexpr size_t kStep = 8;
+  CornerBounds centers;
+  TriangleFinder triangles(geometries);
+  for (size_t i = 0; i < geometries.triangle_count(); i += kStep) {
+    CornerBox box;
+    if (!triangles.BoundIfUsable(static_cast<uint32_t>(i), box)) continue;
+    centers.Extend(TwiceCenter(box.lower, box.upper));
+  }
+  return centers.Get();
+}
+
+inline constexpr FirstLook kFirstLook{
+    [](const GeometryTable& geometries, size_t begin, size_t end, uint32_t* numbers) {
+      return ListTriangles(geometries, begin, end, numbers);
+    },
+    ListIntoCells, SampleCenters};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

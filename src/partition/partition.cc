@@ -23,7 +23,7 @@ void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
 }  // namespace
 
 const PartitionKernels* GetPartitionKernels() {
-  static constexpr PartitionKernels kKernels{ListTriangles, SplitAll, CanRefit, Refit};
+  static constexpr PartitionKernels kKernels{kFirstLook, SplitAll, CanRefit, Refit};
   return &kKernels;
 }
 

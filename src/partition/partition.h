@@ -10,8 +10,7 @@
 namespace dacrt {
 
 struct PartitionKernels {
-  /// Lists the triangles of a scene.
-  ListFunction list;
+  FirstLook first_look;
   /// Splits the whole of a scene, if that is not done yet and there is memory, with the threads of
   /// `tasks`.
   void (*split_all)(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks);

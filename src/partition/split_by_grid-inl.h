@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "partition/grid.h"
+#include "partition/sort_into_cells-inl.h"
 #include "partition/split_in_place-inl.h"
 #include "partition/split_subset-inl.h"
 #include "runtime/ordinary_arithmetic.h"
@@ -41,62 +42,15 @@ struct SubsetLeaves {
   size_t count = 0;
 };
 
-/// Where the triangles of a subset belong, which are sorted in parts.
-struct GridMap {
-  GridMap(const Box& centers, uint32_t cells_an_axis)
-      : bins(centers, cells_an_axis),
-        by_order(!bins.IsUseful(0) && !bins.IsUseful(1) && !bins.IsUseful(2)) {}
-
-  BinMap bins;
-  bool by_order;  ///< triangles with one centre are told apart by their order
-};
-
-/// Triangles [begin, end) of a subset: a part of them, or all.
-struct GridPart {
-  size_t number;
-  size_t begin;
-  size_t end;
-};
-
-/// Sorts a part of the triangles into its cells.
-inline void SortIntoCells(KeptPartition& kept, std::span<const uint32_t> triangles,
-                          const GridMap& map, const GridPart& part, Grid& grid) {
-  TriangleRef* const cells = grid.cells_of(part.number);
-  uint32_t* const place = grid.place_of(part.number);
-  for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
-    const Box empty = Box::Empty();
-    std::copy_n(empty.lower, 3, cells[cell].lower);
-    std::copy_n(empty.upper, 3, cells[cell].upper);
-    place[cell] = 0;
-  }
-  const uint32_t* const numbers = triangles.data();
-  uint16_t* const cell_of = grid.cell_of;
-  std::copy_n(numbers + part.begin, part.end - part.begin, grid.triangles + part.begin);
-  const auto an_axis = static_cast<int32_t>(grid.cells_an_axis);
-  TriangleFinder finder(kept.geometries());
-  for (size_t i = part.begin; i < part.end; ++i) {
-    const auto [lower, upper] = finder.BoundUsable(numbers[i]);
-    HWY_ALIGN int32_t number[4];
-    map.bins.Map(TwiceCenter(lower, upper), number);
-    auto cell = static_cast<size_t>((number[2] * an_axis + number[1]) * an_axis + number[0]);
-    if (HWY_UNLIKELY(map.by_order)) cell = i * grid.CellCount() / triangles.size();
-    cell_of[i] = static_cast<uint16_t>(cell);
-    TriangleRef& bounds = cells[cell];
-    Min(Corner::Load(bounds.lower), lower).Store(bounds.lower);
-    Max(Corner::Load(bounds.upper), upper).Store(bounds.upper);
-    ++place[cell];
-  }
-}
-
 /// Joins the cells of all parts. Returns the number of those that are not empty, which then stand
 /// first in grid.cells.
-inline size_t JoinCells(Grid& grid, size_t parts) {
+inline size_t JoinCells(Grid& grid) {
   size_t used = 0;
   for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
     Corner lower = Corner::Load(grid.cells[cell].lower);
     Corner upper = Corner::Load(grid.cells[cell].upper);
     uint32_t count = grid.place[cell];
-    for (size_t part = 1; part < parts; ++part) {
+    for (size_t part = 1; part < grid.parts; ++part) {
       const TriangleRef& bounds = grid.cells_of(part)[cell];
       lower = Min(lower, Corner::Load(bounds.lower));
       upper = Max(upper, Corner::Load(bounds.upper));
@@ -113,14 +67,14 @@ inline size_t JoinCells(Grid& grid, size_t parts) {
 }
 
 /// Gives the triangles of a cell, part by part, the places from `next` on.
-inline void PlaceCell(Grid& grid, size_t parts, size_t cell, uint32_t& next) {
-  for (size_t part = 0; part < parts; ++part) {
+inline void PlaceCell(Grid& grid, size_t cell, uint32_t& next) {
+  for (size_t part = 0; part < grid.parts; ++part) {
     next += std::exchange(grid.place_of(part)[cell], next);
   }
 }
 
 /// Moves a part of the triangles to their places.
-inline void MoveToPlaces(std::span<uint32_t> triangles, const GridPart& part, const Grid& grid) {
+inline void MoveToPlaces(std::span<uint32_t> triangles, const Grid::Part& part, const Grid& grid) {
   uint32_t* const place = grid.place_of(part.number);
   for (size_t i = part.begin; i < part.end; ++i) {
     triangles[place[grid.cell_of[i]]++] = grid.triangles[i];
@@ -133,11 +87,25 @@ template <class ForEachPart>
 inline void MoveAll(std::span<uint32_t> triangles, const Grid& grid,
                     const ForEachPart& for_each_part) {
   try {
-    for_each_part([&](const GridPart& part) { MoveToPlaces(triangles, part, grid); });
+    for_each_part([&](const Grid::Part& part) { MoveToPlaces(triangles, part, grid); });
   } catch (...) {
     std::copy_n(grid.triangles, triangles.size(), triangles.begin());
     throw;
   }
+}
+
+/// Sorts the triangles of a subset into the cells of a grid.
+template <class ForEachPart>
+inline void SortIntoCells(const GeometryTable& geometries, std::span<const uint32_t> triangles,
+                          const Box& centers, const Grid& grid, const ForEachPart& for_each_part) {
+  for_each_part([&](const Grid::Part& part) HWY_ATTR {
+    CellSorter sorter(grid, part.number, centers);
+    TriangleFinder finder(geometries);
+    for (size_t i = part.begin; i < part.end; ++i) {
+      const auto [lower, upper] = finder.BoundUsable(triangles[i]);
+      sorter.Add(i, triangles[i], lower, upper);
+    }
+  });
 }
 
 /// Returns the number of the root, or Subset::kNoRoom. Where `tasks` is not null its threads work
@@ -146,22 +114,25 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
                             TaskPool* tasks) {
   const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
   const bool is_all = subset.count == kept.triangle_count();
-  const Box centers = is_all ? kept.centers() : BoundNumbers(kept.geometries(), triangles).centers;
+  std::optional<Grid> sorted = is_all ? kept.TakeSorted() : std::nullopt;
+  const bool is_sorted = sorted.has_value();
   const size_t parts = tasks ? Grid::PartsFor(subset.count, tasks->threads()) : 1;
-  Grid grid(subset.count, parts, kept.account());
+  Grid grid = is_sorted ? *std::move(sorted) : Grid(subset.count, parts, kept.account());
   const auto for_each_part = [&](const auto& body) {
-    const auto call = [&](size_t i) {
-      body(GridPart{i, i * subset.count / parts, (i + 1) * subset.count / parts});
-    };
-    parts == 1 ? call(0) : tasks->ForEach(parts, call);
+    const auto call = [&](size_t i) { body(grid.PartOf(i)); };
+    if (tasks && grid.parts > 1) return tasks->ForEach(grid.parts, call);
+    for (size_t i = 0; i < grid.parts; ++i) call(i);
   };
-  const GridMap map(centers, grid.cells_an_axis);
-  for_each_part([&](const GridPart& part) { SortIntoCells(kept, triangles, map, part, grid); });
-  const size_t cells = JoinCells(grid, parts);
+  if (!is_sorted) {
+    const Box centers =
+        is_all ? kept.centers() : BoundNumbers(kept.geometries(), triangles).centers;
+    SortIntoCells(kept.geometries(), triangles, centers, grid, for_each_part);
+  }
+  const size_t cells = JoinCells(grid);
 
   const WeighedRange all{MeasureTriangles(grid.cells, 0, cells), subset.count};
-  const std::span<BinaryRange> ranges(grid.ranges, Grid::kMostRanges);
-  const std::span<WideNode> nodes(grid.nodes, Grid::kMostNodes);
+  const std::span<BinaryRange> ranges = grid.Ranges();
+  const std::span<WideNode> nodes = grid.Nodes();
   SubsetLeaves leaves{grid, SubsetScratch::kTriangles};
   size_t count = 0;
   // Larger subsets where the ranges or nodes do not suffice, in very large scenes.
@@ -181,7 +152,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
     // Children were listed in the order of their cells within a node only; so each takes its
     // triangles from where the last one ended.
     for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
-      PlaceCell(grid, parts, grid.cells[cell].primitive, next);
+      PlaceCell(grid, grid.cells[cell].primitive, next);
     }
     child.count = subset.begin + next - child.begin;
     child.made_surface = grid.subsets[i].surface;

@@ -24,11 +24,11 @@ struct Kept {
   Kept(Mesh triangles, std::size_t budget)
       : mesh(std::move(triangles)),
         table(std::vector{mesh.View()}),
-        partition(table, budget, List(), tasks) {}
+        partition(table, budget, Look(), tasks) {}
 
-  static ListFunction List() {
+  static const FirstLook& Look() {
     InstructionSet chosen;
-    return ChooseKernels(Settings().instruction_set, chosen).partition.list;
+    return ChooseKernels(Settings().instruction_set, chosen).partition.first_look;
   }
 
   const Mesh mesh;

@@ -35,18 +35,19 @@ constexpr size_t kPlenty = size_t{1} << 24;
 class Kept {
  public:
   /// `account` as for KeptPartition.
-  Kept(std::vector<Mesh> meshes, size_t budget, const MemoryAccount* account = nullptr)
+  Kept(std::vector<Mesh> meshes, size_t budget, const MemoryAccount* account = nullptr,
+       size_t threads = 1)
       : meshes_(std::move(meshes)),
         table_(unit::Views(meshes_)),
-        tasks_(1),
-        partition(table_, budget, ListTriangles, tasks_, account),
+        tasks_(threads),
+        partition(table_, budget, kFirstLook, tasks_, account),
         scratch(std::make_unique<SubsetScratch>()) {}
 
   /// Of geometries of every shape, whose memory is the caller's.
   Kept(std::span<const Geometry> geometries, size_t budget)
       : table_(geometries, std::vector<const SceneParts*>(geometries.size()), false),
         tasks_(1),
-        partition(table_, budget, ListTriangles, tasks_),
+        partition(table_, budget, kFirstLook, tasks_),
         scratch(std::make_unique<SubsetScratch>()) {}
 
   uint32_t Root(uint32_t subset) {

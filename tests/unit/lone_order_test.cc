@@ -48,7 +48,7 @@ class LoneOrderTest : public OnEachInstructionSet {
     const Kernels kernels = ChooseKernels(GetParam(), chosen);
     SceneParts scene{GeometryTable(std::vector{mesh.View()})};
     scene.kept = std::make_unique<KeptPartition>(scene.geometries, 64 * mesh.triangles.size(),
-                                                 kernels.partition.list, tasks_, nullptr);
+                                                 kernels.partition.first_look, tasks_, nullptr);
     scene.bounds = scene.kept->bounds();
     scene.triangle_count = mesh.triangles.size();
     WorkspacePool pool(memory_);

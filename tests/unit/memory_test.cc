@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -444,15 +445,22 @@ TEST(MemoryMonitorTest, IsAskedBeforeASceneKeepsSomething) {
 }
 
 // It never heard of them.
+/// A mesh that is not sorted by a grid while it is listed: one triangle cannot be hit.
+Mesh MakeUnsorted(Random& random, std::size_t triangles) {
+  Mesh mesh = unit::MakeSoup(random, triangles, 1, 0.05f);
+  mesh.vertices.back()[0] = std::numeric_limits<float>::infinity();
+  return mesh;
+}
+
 TEST(MemoryMonitorTest, IsAskedBeforeAGridIsMade) {
   Random random(6);
-  constexpr std::size_t kTriangles = 100000;
-  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
+  constexpr std::size_t kTriangles = 100001;
+  const Mesh mesh = MakeUnsorted(random, kTriangles);
   const TriangleMesh view = mesh.View();
   for (const uint32_t threads : {1u, 2u}) {
     Monitored monitored(threads);
     const Scene scene(monitored.device, {&view, 1});
-    const std::size_t grid = GridBytes(kTriangles, threads);
+    const std::size_t grid = GridBytes(kTriangles - 1, threads);
     EXPECT_EQ(monitored.Times(grid, 1), 0u);
     auto rays = unit::MakeRays(random, 1000, 1);
     scene.Trace(Query::kClosest, unit::ViewOf(rays));
@@ -465,7 +473,7 @@ TEST(MemoryMonitorTest, IsAskedBeforeAGridIsMade) {
 // memory for a grid for is split without one. Every ray was tested against every triangle.
 TEST(MemoryMonitorTest, CallsDoWithoutGridsIfItRefusesThem) {
   Random random(7);
-  const Mesh mesh = unit::MakeSoup(random, 100000, 1, 0.05f);
+  const Mesh mesh = MakeUnsorted(random, 100000);
   const TriangleMesh view = mesh.View();
   const auto rays = unit::MakeRays(random, 3000, 1);
   const auto trace = [&](bool refuses, bool through_instance) {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
@@ -26,22 +27,64 @@ namespace {
 
 using unit::Random;
 
-// Threads that split a large subset together leave the triangles in the order in which one does.
+// Threads that split a large subset together leave the triangles in the order in which one does;
+// also where they have sorted them while they listed them.
 void ThreadsTogetherSplitAsOneDoes() {
   Random random(9);
   const Mesh mesh = unit::MakeSoup(random, 100000, 1, 0.01f);
-  Kept by_one({mesh}, kPlenty), by_all({mesh}, kPlenty);
-  TaskPool tasks(0);
-  const uint32_t root = by_one.Root(0);
-  ASSERT_EQ(RootOf(by_all.partition, 0, by_all.scratch.get(), &tasks, [] {}), root);
-  const auto one = by_one.partition.triangles(), all = by_all.partition.triangles();
-  EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin(), all.end()));
-  EXPECT_EQ(by_all.partition.BytesUsed(), by_one.partition.BytesUsed());
-  for (uint32_t node = root; node < root + by_one.partition.subset(0).node_count; ++node) {
-    const WideNode &a = by_one.partition.node(node), &b = by_all.partition.node(node);
-    ASSERT_EQ(memcmp(&a, &b, sizeof(WideNode)), 0) << node;
+  TaskPool tasks(3);
+  for (const bool is_sorted : {false, true}) {
+    SCOPED_TRACE(is_sorted);
+    Kept by_one({mesh}, kPlenty), by_all({mesh}, kPlenty, nullptr, 3);
+    if (!is_sorted) {
+      ASSERT_EQ(by_one.partition.TakeSorted()->parts, 1u);
+      ASSERT_EQ(by_all.partition.TakeSorted()->parts, tasks.threads());
+    }
+    const uint32_t root = by_one.Root(0);
+    ASSERT_EQ(RootOf(by_all.partition, 0, by_all.scratch.get(), &tasks, [] {}), root);
+    const auto one = by_one.partition.triangles(), all = by_all.partition.triangles();
+    EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin(), all.end()));
+    EXPECT_EQ(by_all.partition.BytesUsed(), by_one.partition.BytesUsed());
+    for (uint32_t node = root; node < root + by_one.partition.subset(0).node_count; ++node) {
+      const WideNode &a = by_one.partition.node(node), &b = by_all.partition.node(node);
+      ASSERT_EQ(memcmp(&a, &b, sizeof(WideNode)), 0) << node;
+    }
+    Walker(by_all).Walk(true);
   }
-  Walker(by_all).Walk(true);
+}
+
+// The grid by which triangles are sorted while they are listed lies around some of them. Wherever
+// the others are, the partition is whole.
+void ASampleMayMissMost() {
+  Random random(19);
+  for (const float far : {0.0f, 3.0f, 1e6f, 1e15f}) {
+    SCOPED_TRACE(far);
+    Mesh mesh = unit::MakeSoup(random, 20000, 1, 0.01f);
+    for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+      if (i / 3 % 64 != 0) mesh.vertices[i][0] += far;
+    }
+    for (const size_t threads : {1u, 3u}) {
+      Kept kept({mesh}, kPlenty, nullptr, threads);
+      Walker walker(kept);
+      walker.Walk(true);
+      EXPECT_LT(walker.deepest, 20u);
+    }
+  }
+}
+
+// A grid needs room beside the nodes over it, and triangles that can all be hit; a copy has none.
+void OnlySomeAreSortedWhileListed() {
+  Random random(20);
+  Mesh mesh = unit::MakeSoup(random, 150000, 1, 0.01f);
+  Kept kept({mesh}, 32 * mesh.triangles.size());
+  KeptPartition copy(kept.partition);
+  EXPECT_FALSE(copy.TakeSorted());
+  EXPECT_TRUE(kept.partition.TakeSorted());
+  EXPECT_FALSE(kept.partition.TakeSorted()) << "taken already";
+  EXPECT_FALSE(Kept({mesh}, 8 * mesh.triangles.size()).partition.TakeSorted());
+  EXPECT_FALSE(Kept({unit::MakeSoup(random, 2048, 1, 0.1f)}, kPlenty).partition.TakeSorted());
+  mesh.vertices[777][1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(Kept({mesh}, kPlenty).partition.TakeSorted());
 }
 
 // While one thread splits a subset, another one that comes there splits those beside it.
@@ -199,7 +242,7 @@ void IfOnePartCannotBeMovedNoneIs() {
   std::vector<uint32_t> triangles(kTriangles);
   std::iota(triangles.begin(), triangles.end(), 0u);
   const auto before = triangles;
-  Grid grid(kTriangles, 1, nullptr);
+  Grid grid(kTriangles, 1, static_cast<const MemoryAccount*>(nullptr));
   for (size_t i = 0; i < kTriangles; ++i) {
     grid.triangles[i] = triangles[i];
     grid.cell_of[i] = static_cast<uint16_t>(i % 2);
@@ -208,9 +251,9 @@ void IfOnePartCannotBeMovedNoneIs() {
     grid.place[0] = kTriangles / 2;
     grid.place[1] = 0;
     MoveAll(triangles, grid, [&](const auto& body) {
-      body(GridPart{0, 0, 3000});
+      body(Grid::Part{0, 0, 3000});
       if (fails) throw std::bad_alloc();
-      body(GridPart{0, 3000, kTriangles});
+      body(Grid::Part{0, 3000, kTriangles});
     });
   };
   EXPECT_THROW(move(true), std::bad_alloc);
@@ -231,6 +274,8 @@ namespace dacrt {
 
 HWY_BEFORE_TEST(SplitByGridTest);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, ThreadsTogetherSplitAsOneDoes);
+HWY_EXPORT_AND_TEST_P(SplitByGridTest, ASampleMayMissMost);
+HWY_EXPORT_AND_TEST_P(SplitByGridTest, OnlySomeAreSortedWhileListed);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, WhoWouldWaitSplitsANeighbour);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, ThreadsAgree);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, SplitsWhereAsked);

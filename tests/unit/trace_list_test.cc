@@ -241,7 +241,7 @@ struct Soup {
   /// With a partition of `budget` bytes.
   void Keep(size_t budget) {
     tasks = std::make_unique<TaskPool>(1);
-    scene->kept = std::make_unique<KeptPartition>(scene->geometries, budget, ListTriangles, *tasks);
+    scene->kept = std::make_unique<KeptPartition>(scene->geometries, budget, kFirstLook, *tasks);
   }
 
   Mesh mesh;
