@@ -2,8 +2,9 @@
 // lazily built, quantised, 8-wide bounding volume hierarchy.
 //
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
-// range. A subset is split when a ray first comes to it: a large one by a grid into many, a small
-// one into nodes with a few triangles in each leaf (split_subset-inl.h). Leaves get a copy of their
+// range. A subset is split when a ray first comes to it: a large one by a grid into many, for which
+// the whole scene is sorted while it is listed; a small one into nodes with a few triangles in each
+// leaf (split_subset-inl.h). Leaves get a copy of their
 // geometry (leaf/leaf_block.h) while the budget lasts. What has been published never changes but
 // for a word that says the same in another way, so threads read it without locks.
 #pragma once

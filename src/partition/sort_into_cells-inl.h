@@ -42,7 +42,8 @@ class CellSorter {
   HWY_INLINE void Add(size_t i, uint32_t number, const Corner& lower, const Corner& upper) {
     HWY_ALIGN int32_t at[4];
     bins_.Map(TwiceCenter(lower, upper), at);
-    auto cell = static_cast<size_t>((at[2] * an_axis_ + at[1]) * an_axis_ + at[0]);
+    const int32_t cell_number = (at[2] * an_axis_ + at[1]) * an_axis_ + at[0];
+    auto cell = static_cast<size_t>(cell_number);
     // Triangles with one centre are told apart by their order.
     if (HWY_UNLIKELY(by_order_)) cell = i * grid_.CellCount() / grid_.triangle_count;
     number_[i] = number;
