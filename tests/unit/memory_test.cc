@@ -444,7 +444,6 @@ TEST(MemoryMonitorTest, IsAskedBeforeASceneKeepsSomething) {
   EXPECT_EQ(std::accumulate(monitored.log.begin(), monitored.log.end(), std::ptrdiff_t{0}), 0);
 }
 
-// It never heard of them.
 /// A mesh that is not sorted by a grid while it is listed: one triangle cannot be hit.
 Mesh MakeUnsorted(Random& random, std::size_t triangles) {
   Mesh mesh = unit::MakeSoup(random, triangles, 1, 0.05f);
@@ -452,6 +451,7 @@ Mesh MakeUnsorted(Random& random, std::size_t triangles) {
   return mesh;
 }
 
+// It never heard of them.
 TEST(MemoryMonitorTest, IsAskedBeforeAGridIsMade) {
   Random random(6);
   constexpr std::size_t kTriangles = 100001;
