@@ -114,6 +114,14 @@ struct alignas(64) WideNode {
     std::atomic_ref(stale).fetch_and(others, kRelease);
     std::atomic_ref(bare).fetch_and(others, kRelease);
   }
+  /// Says that leaves without a copy may get one.
+  void SetLeavesBare() {
+    uint8_t children = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      children |= static_cast<uint8_t>(Child(i).IsRange() << i);
+    }
+    std::atomic_ref(bare).fetch_or(children, kRelease);
+  }
   /// A child's triangles have moved: its copy is wrong. Nobody may trace meanwhile.
   void SetLeafStale(std::size_t i) {
     DACRT_ASSERT(ChildWord(child[i]).IsBlock());

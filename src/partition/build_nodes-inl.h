@@ -27,7 +27,7 @@ inline void SetChildren(const ChildWord* words, size_t count, WideNode& node) {
   for (size_t i = 0; i < WideNode::kWidth; ++i) {
     const ChildWord word = i < count ? words[i] : ChildWord();
     node.child[i] = word.bits();
-    node.bare |= static_cast<uint8_t>(word.IsLeaf() << i);
+    node.bare |= static_cast<uint8_t>(word.IsRange() << i);
   }
 }
 

@@ -65,9 +65,9 @@ inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
 
 /// Chooses for all ranges of a partition, the first of which is all of it.
 inline void ChooseNodes(std::span<BinaryRange> ranges) {
-  // Of equal surfaces, as of ranges that have none, the one of fewer nodes.
+  // Of nearly equal surfaces, and of ranges that have none, the one of fewer nodes.
   const float least =
-      HWY_MAX(ranges[0].bounds.HalfArea() * 0x1p-16f, std::numeric_limits<float>::min());
+      HWY_MAX(ranges[0].bounds.HalfArea() * 0x1p-8f, std::numeric_limits<float>::min());
   for (size_t i = ranges.size(); i-- > 0;) {
     if (ranges[i].IsLeaf()) {
       std::fill_n(ranges[i].cost, WideNode::kWidth, 0.0f);

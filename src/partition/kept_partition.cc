@@ -1,6 +1,7 @@
 #include "partition/kept_partition.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "runtime/scratch.h"
@@ -13,8 +14,8 @@ namespace {
 std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
-/// to take. Quads and cells of grids fill two lanes of a leaf.
-constexpr std::size_t kLanesANode = 28;
+/// to take at most, of triangles that overlap. Quads and cells of grids fill two lanes of a leaf.
+constexpr std::size_t kLanesANode = 18;
 std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
   return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
 }
@@ -105,13 +106,13 @@ KeptPartition::KeptPartition(const KeptPartition& other)
       nodes_(Same(other, other.nodes_)),
       taken_(other.taken_.load()),
       room_units_(other.room_units_),
-      leaf_units_(other.leaf_units_),
+      leaf_units_(other.leaf_units_.load()),
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
-      is_short_lived_(other.is_short_lived_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()),
       goes_backwards_(other.goes_backwards_.load()) {
+  for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
   const std::byte* const begin = other.memory_.data();
   const std::byte* const end = begin + other.memory_.bytes();
   const auto* const nodes_end = reinterpret_cast<const std::byte*>(other.nodes_ + NodesUsed());
@@ -177,8 +178,40 @@ void KeptPartition::PlaceGrid(TaskPool& tasks) {
   sorted_.emplace(triangles_.size(), parts, memory_.data() + offset);
 }
 
+void KeptPartition::HasItsNodes(Subset& subset, std::size_t nodes) {
+  if (std::exchange(subset.has_its_nodes, true) || leaf_units_ == 0) return;
+  const std::size_t most = subset.count * kLeafLanes / (kLanesANode * leaf_lanes_);
+  if (nodes < most) leaf_units_ += (most - nodes) * kUnitsANode;
+}
+
+void KeptPartition::Free(const NodeRun& nodes) {
+  for (std::atomic<uint64_t>& run : free_) {
+    uint64_t none = 0;
+    if (run.compare_exchange_strong(none, nodes.bits())) return;
+  }
+  Lose(nodes.count * sizeof(WideNode));
+}
+
+/// The shortest run that is long enough; what it is longer is lost.
+bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
+  std::atomic<uint64_t>* best = nullptr;
+  NodeRun nodes{0, UINT32_MAX};
+  for (std::atomic<uint64_t>& run : free_) {
+    const NodeRun other = NodeRun::Of(run);
+    if (other.count < node_count || other.count >= nodes.count) continue;
+    best = &run;
+    nodes = other;
+  }
+  uint64_t bits = nodes.bits();
+  if (!best || !best->compare_exchange_strong(bits, 0)) return false;
+  first_node = nodes.first;
+  Lose((nodes.count - node_count) * sizeof(WideNode));
+  return true;
+}
+
 bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                              uint32_t& first_subset) {
+  if (subset_count == 0 && TakeFree(node_count, first_node)) return true;
   std::size_t subsets = subset_count_.load();
   do {
     if (subset_count > subsets_.size() - subsets) return false;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,17 @@
 
 namespace dacrt {
 
+/// Nodes in a row.
+struct NodeRun {
+  static NodeRun Of(uint64_t bits) {
+    return {static_cast<uint32_t>(bits >> 32), static_cast<uint32_t>(bits)};
+  }
+  uint64_t bits() const { return uint64_t{first} << 32 | count; }
+
+  uint32_t first = 0;
+  uint32_t count = 0;
+};
+
 /// Triangles [begin, begin + count) of the kept order.
 struct Subset {
   static constexpr uint32_t kUnsplit = UINT32_MAX;
@@ -38,22 +50,32 @@ struct Subset {
   /// Together with the number of its first node: the triangles have moved so far that they are
   /// better split anew.
   static constexpr uint32_t kStale = 1u << 30;
+  /// The same: they may be left for better ones (see rent_or_buy.h), so that rays are counted here.
+  static constexpr uint32_t kRented = 1u << 29;
   static constexpr uint32_t kNowhere = UINT32_MAX;
 
-  static constexpr bool IsNode(uint32_t root) { return root < kStale; }
+  static constexpr bool IsNode(uint32_t root) { return root < kRented; }
+  static constexpr bool IsRented(uint32_t root) { return root >= kRented && root < kStale; }
+  static constexpr bool HasNodes(uint32_t root) { return root < kStale; }
+  static constexpr uint32_t NodeOf(uint32_t root) { return root & (kRented - 1); }
   static constexpr bool IsStale(uint32_t root) { return root >= kStale && root < kNoRoom; }
 
   uint32_t begin;
   uint32_t count;
   uint32_t parent;  ///< node and child, node * 8 + child, behind which it stands; or kNowhere
   std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
+  std::atomic<uint32_t> rays;  ///< that have come while its nodes were rented
+  std::atomic<uint32_t> inside;  ///< calls in its rented nodes
   uint32_t node_count;         ///< nodes in a row from there
+  bool has_its_nodes;          ///< see KeptPartition::HasItsNodes
   float made_surface;          ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
   /// Which geometries have triangles here: a bit for each of 64 rows of geometries; 0 if it is not
   /// known.
   uint64_t geometry_bits;
   float lower[3], upper[3];  ///< bounds; known where geometry_bits are
+  std::atomic<uint64_t>
+      rented;  ///< nodes that are to be given back, a NodeRun; 0 if there are none
 
   Box bounds() const {
     Box box;
@@ -62,7 +84,7 @@ struct Subset {
     return box;
   }
 };
-static_assert(sizeof(Subset) == 64);
+static_assert(sizeof(Subset) == 80);
 
 /// The kept order, where ranges of it are leaves: the last triangle of each is marked.
 struct KeptOrder {
@@ -173,9 +195,16 @@ class KeptPartition {
   }
 
   /// Room for `node_count` nodes and `subset_count` subsets in a row, and the numbers of the first;
-  /// false if there is not enough left.
+  /// false if there is not enough left. Nodes alone may be ones that have been given back.
   bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
+
+  /// Gives nodes back that nobody uses. A few such runs are remembered, others are lost.
+  void Free(const NodeRun& nodes);
+
+  /// Says that a subset has all its nodes, `nodes` of them: what stayed free for it beyond that is
+  /// for leaves.
+  void HasItsNodes(Subset& subset, std::size_t nodes);
 
   /// Lanes of a leaf. Where leaves are not to carry their geometry there are half as many of them:
   /// gathering is what they cost then, and nodes take half of the room.
@@ -200,16 +229,8 @@ class KeptPartition {
   static std::size_t BytesFor(std::size_t triangles, std::size_t budget);
 
   /// From now on for these geometries, of as many triangles as before (see refit.h).
-  void SetGeometries(const GeometryTable& geometries) {
-    geometries_ = &geometries;
-    is_short_lived_ = true;
-  }
+  void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
-
-  /// Whether it came in the place of another one, and so may not live for long: what is split from
-  /// now on is split fast rather than well.
-  bool is_short_lived() const { return is_short_lived_; }
-  void SetShortLived() { is_short_lived_ = true; }
 
   /// Whether single any-hit rays should visit the children of a node from the last one on, as far
   /// as threads have learnt (see trace/child_order.h). No answer depends on it.
@@ -231,6 +252,7 @@ class KeptPartition {
     const auto offset = reinterpret_cast<const std::byte*>(place) - other.memory_.data();
     return reinterpret_cast<T*>(memory_.data() + offset);
   }
+  bool TakeFree(std::size_t node_count, uint32_t& first_node);
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
   std::size_t NodesUsed() const { return taken_ >> 32; }
 
@@ -251,12 +273,12 @@ class KeptPartition {
   /// in one word, so that they never meet: nodes in the upper half, units of leaves in the lower.
   std::atomic<uint64_t> taken_{0};
   std::size_t room_units_ = 0;  ///< for nodes and leaves, in units of leaves
-  std::size_t leaf_units_ = 0;  ///< for leaves at most: nodes come first
+  std::atomic<std::size_t> leaf_units_{0};  ///< for leaves at most: nodes come first
   std::atomic<bool> leaf_room_{false};
   std::size_t leaf_lanes_ = kLeafLanes;
-  bool is_short_lived_ = false;
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
+  std::array<std::atomic<uint64_t>, 16> free_{};  ///< a NodeRun each, or 0
   std::atomic<bool> goes_backwards_{false};
 };
 

@@ -17,7 +17,7 @@ void SplitAll(KeptPartition& kept, SubsetScratch& scratch, TaskPool& tasks) {
   if (kept.subset(0).root.load(std::memory_order_acquire) <= Subset::kNoRoom) return;
   // On a thread of the pool: others there may come to this scene as an instance and wait for who
   // splits it, who must not wait for their places then.
-  tasks.Enter([&] { RootOf(kept, 0, &scratch, &tasks, [] {}); });
+  tasks.Enter([&] { RootOf(kept, 0, 0, &scratch, &tasks, [] {}); });
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
 
 /// Whether a subset has no others in it.
 inline bool IsUnit(const Subset& subset) {
-  return !Subset::IsNode(subset.root) || subset.count <= SubsetScratch::kTriangles;
+  return !Subset::HasNodes(subset.root) || subset.count <= SubsetScratch::kTriangles;
 }
 
 /// About the bounds that a subset will have: those of some of its triangles, or what is known.
@@ -211,14 +211,14 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
 
 /// The bounds of one that has nodes, which are renewed.
 inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
-  const uint32_t root = subset.root & ~Subset::kStale;
+  const uint32_t before = subset.root, root = Subset::NodeOf(before);
   SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count});
   const Box bounds = refit.Refit(root);
   subset.geometry_bits = refit.geometry_bits();
   const bool has_decayed = !always && !refit.has_hidden() &&
                            RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
                                refit::kMostDecay * subset.decay_base;
-  subset.root = has_decayed ? root | Subset::kStale : root;
+  subset.root = has_decayed ? root | Subset::kStale : before & ~Subset::kStale;
   return bounds;
 }
 

@@ -34,15 +34,14 @@ class SubsetRefit {
       : kept_(kept),
         geometries_(kept.geometries()),
         order_(kept.triangles().subspan(subset.begin, subset.count)),
-        triangles_(geometries_) {
+        triangles_(geometries_),
+        first_(subset.begin) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
     ReadIndices();
     for (const WideNode& node : nodes) FetchCopies(node);
   }
 
-  /// New volumes and copies for what stands below a node. Its triangles stand in the order in which
-  /// they do in the tree: of a node those of each child, one leaf after the other. Returns its
-  /// bounds.
+  /// New volumes and copies for what stands below a node. Returns its bounds.
   Box Refit(uint32_t number) {
     WideNode& node = kept_.node(number);
     ChildBoxes boxes;
@@ -100,21 +99,22 @@ class SubsetRefit {
     }
   }
 
-  /// The next leaf, which is child `k` of a node.
+  /// A leaf, which is child `k` of a node.
   Box RefitLeaf(WideNode& node, size_t k) {
     const ChildWord child = node.Child(k);
     CornerBounds bounds;
-    const size_t first = next_;
+    uint32_t place = child.range();
     if (child.IsBlock()) {
       auto& block = *reinterpret_cast<LeafBlock*>(kept_.leaf(child.block()));
-      if (HWY_LIKELY(RenewCopy(block, bounds))) return bounds.Get();
+      place = block.first;
+      if (HWY_LIKELY(RenewCopy(block, index_ + (place - first_), bounds))) return bounds.Get();
       node.SetLeafStale(k);
       bounds = CornerBounds();
-      next_ = first;
     }
     bool is_last;
+    size_t next = place - first_;
     do {
-      const uint32_t entry = order_[next_++];
+      const uint32_t entry = order_[next++];
       CornerBox box;
       if (triangles_.BoundIfUsable(KeptOrder::NumberOf(entry), box)) {
         bounds.Extend(box.lower, box.upper);
@@ -122,20 +122,19 @@ class SubsetRefit {
         has_hidden_ = true;
       }
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
-    } while (!is_last && next_ < order_.size());
+    } while (!is_last && next < order_.size());
     return bounds.Get();
   }
 
   /// Copies the vertices of a leaf of still triangles of one geometry. False, and what is in the
   /// block is scrap, if it is another one, or if it has one vertex for corners whose indices
   /// differ: they were in one place, and may have come apart.
-  HWY_INLINE bool RenewCopy(LeafBlock& block, CornerBounds& bounds) {
+  HWY_INLINE bool RenewCopy(LeafBlock& block, const uint32_t (*index)[3], CornerBounds& bounds) {
     if (!block.IsPlain() || block.second != 0 || block.geometry == LeafBlock::kSeveral)
       return false;
     const TriangleMesh& mesh = geometries_[block.geometry];
     const size_t lanes = block.lanes, places = block.vertices;
     const uint8_t* const place_of = block.indices();
-    const uint32_t(*const index)[3] = index_ + next_;
     uint32_t vertex[LeafBlock::kByLane];
     for (size_t lane = 0; lane < lanes; ++lane) {
       for (size_t k = 0; k < 3; ++k) vertex[place_of[k * kLeafLanes + lane]] = index[lane][k];
@@ -161,7 +160,6 @@ class SubsetRefit {
       x[2 * places + place] = from[2];
     }
     if (HWY_UNLIKELY(block.is_prepared)) PrepareFacets(block, block.prepared());
-    next_ += lanes;
     return true;
   }
 
@@ -172,7 +170,7 @@ class SubsetRefit {
   const GeometryTable& geometries_;
   const std::span<const uint32_t> order_;
   TriangleFinder triangles_;
-  size_t next_ = 0;
+  const uint32_t first_;  ///< place of the first of them
   uint64_t geometry_bits_ = 0;
   bool has_hidden_ = false;
   uint32_t index_[SubsetScratch::kTriangles][3];

@@ -167,11 +167,11 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
 
 /// Splits a subset in the way that its size and the memory allow. Returns as above.
 /// Throws std::bad_alloc where there is no memory for a small one.
-inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, SubsetScratch* scratch,
-                            TaskPool* tasks) {
+inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, size_t rays,
+                            SubsetScratch* scratch, TaskPool* tasks) {
   if (subset.count <= SubsetScratch::kTriangles) {
     if (!scratch) throw std::bad_alloc();
-    return SplitSmallSubset(kept, subset, *scratch);
+    return SplitSmallSubset(kept, subset, rays, *scratch);
   }
   try {
     if (scratch) return SplitByGrid(kept, subset, *scratch, tasks);
@@ -179,17 +179,6 @@ inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, SubsetScratch* 
   }
   // To test every ray against every triangle of a large one would take as good as for ever.
   return SplitInPlace(kept, subset);
-}
-
-/// Ends what began when Subset::kBeingSplit was put in the place of a subset's root.
-inline void Publish(KeptPartition& kept, Subset& subset, uint32_t root) {
-  DACRT_ASSERT(subset.root == Subset::kBeingSplit);
-  subset.root.store(root, std::memory_order_release);
-  subset.root.notify_all();
-  if (Subset::IsNode(root) && subset.parent != Subset::kNowhere) {
-    kept.node(subset.parent / WideNode::kWidth)
-        .SetChild(subset.parent % WideNode::kWidth, ChildWord::Inner(root));
-  }
 }
 
 /// Something to do while another thread splits a subset: splits one that stands beside it in its
@@ -207,26 +196,27 @@ inline bool SplitNeighbour(KeptPartition& kept, const Subset& subset, SubsetScra
       continue;
     }
     const OrdinaryArithmetic ordinary;
-    Publish(kept, other, SplitSmallSubset(kept, other, scratch));
+    Publish(kept, other, SplitSmallSubset(kept, other, 0, scratch));
     return true;
   }
   return false;
 }
 
-/// The root of a subset, which is split now if it is not yet, or if its triangles have moved too
-/// far; Subset::kNoRoom if the budget does not allow it. Threads that come while another one splits
-/// it split others beside it, or wait. `tasks` as for SplitByGrid.
+/// The root of a subset, which is split now for `rays` rays if it is not yet, or if its triangles
+/// have moved too far; Subset::kNoRoom if the budget does not allow it. Threads that come while
+/// another one splits it split others beside it, or wait. `tasks` as for SplitByGrid.
 ///
 /// Where there is no memory to split a small subset, `otherwise()` is called while nobody else can
 /// split it, and nothing is returned.
 template <class Otherwise>
-inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, SubsetScratch* scratch,
-                                      TaskPool* tasks, const Otherwise& otherwise) {
+inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, size_t rays,
+                                      SubsetScratch* scratch, TaskPool* tasks,
+                                      const Otherwise& otherwise) {
   Subset& subset = kept.subset(number);
   uint32_t before;
   for (;;) {
     const uint32_t root = subset.root.load(std::memory_order_acquire);
-    if (HWY_LIKELY(Subset::IsNode(root) || root == Subset::kNoRoom)) return root;
+    if (HWY_LIKELY(Subset::HasNodes(root) || root == Subset::kNoRoom)) return root;
     before = root;
     if (root != Subset::kBeingSplit &&
         subset.root.compare_exchange_strong(before, Subset::kBeingSplit)) {
@@ -240,8 +230,8 @@ inline std::optional<uint32_t> RootOf(KeptPartition& kept, uint32_t number, Subs
     if (Subset::IsStale(before) && !scratch) throw std::bad_alloc();
     const OrdinaryArithmetic ordinary;
     const uint32_t root = Subset::IsStale(before)
-                              ? SplitAnew(kept, subset, before & ~Subset::kStale, *scratch)
-                              : SplitSubset(kept, subset, scratch, tasks);
+                              ? SplitAnew(kept, subset, Subset::NodeOf(before), rays, *scratch)
+                              : SplitSubset(kept, subset, rays, scratch, tasks);
     Publish(kept, subset, root);
     return root;
   } catch (const std::bad_alloc&) {

@@ -61,10 +61,10 @@ class PointWalk {
     std::optional<uint32_t> root;
     {
       const SplitMemory::Use scratch(split_memory_);
-      root = RootOf(kept, number, scratch.get(), nullptr, [] { throw std::bad_alloc(); });
+      root = RootOf(kept, number, 1, scratch.get(), nullptr, [] { throw std::bad_alloc(); });
     }
     if (root == Subset::kNoRoom) return visit_all();
-    if (root) WalkNode(kept.node(*root));
+    if (root) WalkNode(kept.node(Subset::NodeOf(*root)));
   }
 
   void WalkNode(const WideNode& node) {

@@ -60,9 +60,6 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   static const SceneParts* PartsFor(const Geometry& geometry, const Device* device);
   void CountTriangles();
 
-  /// Whether rays came since it was committed: programs that make a scene step by step send none.
-  bool WasTraced() const { return parts.kept && Subset::IsNode(parts.kept->subset(0).root); }
-
   /// False if there is nothing to take over, or it would not do.
   bool PlanRefit(const Implementation& previous, const SceneOptions& options);
   void CarryOutPlan() noexcept;

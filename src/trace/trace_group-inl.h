@@ -87,7 +87,8 @@ class GroupTracer {
         visits_.lanes += policy::kVisitsAlone * lanes;
         ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
       } else if (HWY_UNLIKELY(child.IsSubset())) {
-        if (const auto opened = OpenForGroup(child.number(), active, memory)) {
+        const auto walk = [&](ChildWord node) { Walk(node, active, memory, enter); };
+        if (const auto opened = OpenForGroup(child.number(), active, memory, walk)) {
           child = *opened;
           continue;
         }
@@ -136,17 +137,18 @@ class GroupTracer {
     lanes_.LoadHit(lane, ray);
   }
 
-  /// OpenSubset for the rays of some lanes.
-  HWY_NOINLINE std::optional<ChildWord> OpenForGroup(uint32_t subset, LaneMask active,
-                                                     ListMemory memory) {
-    std::optional<ChildWord> opened;
-    rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
-      const auto trace = [&](const TraceTask& own, ChildWord root) {
-        for (size_t i = 0; i < count; ++i) OneTracer<kQuery>(own).Trace(root, list[i], memory);
-      };
-      opened = OpenSubset<kQuery>(task_, subset, list, count, memory, trace);
-    });
-    return opened;
+  /// OpenSubset for the rays of some lanes, which `walk(node)` traces from a node on.
+  template <class WalkFrom>
+  std::optional<ChildWord> OpenForGroup(uint32_t subset, LaneMask active, ListMemory memory,
+                                        const WalkFrom& walk) {
+    const auto with_list = [&](const auto& with) { rays_.TestRecords(active, with); };
+    const auto trace_list = [&](const TraceTask& own, ChildWord node) {
+      ForEachLane(active, [&](size_t lane) {
+        OneTracer<kQuery>(own).Trace(node, rays_.numbers()[lane], memory);
+      });
+    };
+    return OpenSubset<kQuery>(task_, subset, hwy::PopCount(active), memory, with_list, walk,
+                              trace_list);
   }
 
   const TraceTask& task_;

@@ -13,7 +13,10 @@
 #include <optional>
 
 #include "leaf/test_leaf-inl.h"
+#include "partition/buy_nodes-inl.h"
+#include "partition/rent_or_buy.h"
 #include "partition/split_by_grid-inl.h"
+#include "runtime/ordinary_arithmetic.h"
 #include "trace/policy.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -47,7 +50,7 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
     const std::span<uint32_t> order(scratch.get()->order, some.size());
     std::copy(some.begin(), some.end(), order.begin());
     const size_t nodes = SplitTriangles(task.scene.geometries, kLeafLanes, 0, order,
-                                        SplitRule::kFast, *scratch.get());
+                                        NodeRule::kRent, *scratch.get());
     if (nodes == 0) {
       TestAll<kQuery>(task, subset.begin + begin, some.size(), list, rays, memory);
       continue;
@@ -74,34 +77,84 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
         scratch.order[count++] = static_cast<uint32_t>(number);
     }
     if (count == 0) return;
-    const size_t nodes = SplitTriangles(geometries, kLeafLanes, 0, {scratch.order, count},
-                                        SplitRule::kFast, scratch);
+    const size_t nodes =
+        SplitTriangles(geometries, kLeafLanes, 0, {scratch.order, count}, NodeRule::kRent, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
     trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }
 }
 
-/// The node behind a subset, which is split now if it is not yet; nothing if its triangles have
-/// been tested instead.
-template <Query kQuery, class Trace>
-HWY_NOINLINE std::optional<ChildWord> OpenSubset(const TraceTask& task, uint32_t number,
-                                                 const RayNumber* list, size_t rays,
-                                                 ListMemory memory, const Trace& trace) {
+/// The root of a subset, which is split now if it is not yet; nothing if the rays of the list have
+/// been tested against its triangles instead.
+template <Query kQuery>
+std::optional<uint32_t> SplitForRays(const TraceTask& task, uint32_t number, const RayNumber* list,
+                                     size_t rays, ListMemory memory) {
   KeptPartition& kept = *task.scene.kept;
   const Subset& subset = kept.subset(number);
-  std::optional<uint32_t> root;
-  {
-    const SplitMemory::Use scratch(task.split_memory);
-    root = RootOf(kept, number, scratch.get(), nullptr, [&] {
-      // A callback may trace rays that come here again.
-      if (task.scene.has_callbacks) throw std::bad_alloc();
-      TestAll<kQuery>(task, subset.begin, subset.count, list, rays, memory);
+  const SplitMemory::Use scratch(task.split_memory);
+  return RootOf(kept, number, rays, scratch.get(), nullptr, [&] {
+    // A callback may trace rays that come here again.
+    if (task.scene.has_callbacks) throw std::bad_alloc();
+    TestAll<kQuery>(task, subset.begin, subset.count, list, rays, memory);
+  });
+}
+
+/// Buys nodes for a subset, if there is memory to make them in.
+inline void Buy(const TraceTask& task, Subset& subset) {
+  const SplitMemory::Use scratch(task.split_memory);
+  if (!scratch.get()) {
+    subset.rays = 0;
+    return;
+  }
+  const OrdinaryArithmetic ordinary;
+  BuyNodes(*task.scene.kept, subset, *scratch.get());
+}
+
+/// Rays at a subset whose nodes are rented: unless they buy others, `trace(node)` traces them
+/// there, and nothing is returned. The root of what is bought otherwise.
+template <class Trace>
+std::optional<uint32_t> RentOrBuy(const TraceTask& task, Subset& subset, size_t rays,
+                                  const Trace& trace) {
+  if (rent_or_buy::IsDue(subset, rays)) Buy(task, subset);
+  const rent_or_buy::Stay stay(*task.scene.kept, subset);
+  if (!stay.root()) return subset.root;
+  trace(*stay.root());
+  return std::nullopt;
+}
+
+/// The node behind a subset, from which `rays` rays shall go on; nothing if they have been traced
+/// in it. What they are is asked for where it matters:
+///   with_list(f)              calls f(list, rays), and takes the hits from their records then
+///   trace(node)               traces them from a node on
+///   trace_list(task, node)    the same for rays whose records are in use, in another task
+template <Query kQuery, class WithList, class Trace, class TraceList>
+HWY_NOINLINE std::optional<ChildWord> OpenSubset(const TraceTask& task, uint32_t number,
+                                                 size_t rays, ListMemory memory,
+                                                 const WithList& with_list, const Trace& trace,
+                                                 const TraceList& trace_list) {
+  Subset& subset = task.scene.kept->subset(number);
+  std::optional<uint32_t> root = subset.root.load(std::memory_order_acquire);
+  if (!Subset::HasNodes(*root)) {
+    with_list([&](const RayNumber* list, size_t count) {
+      root = SplitForRays<kQuery>(task, number, list, count, memory);
     });
   }
+  if (root && Subset::IsRented(*root)) root = RentOrBuy(task, subset, rays, trace);
   if (!root) return std::nullopt;
   if (Subset::IsNode(*root)) return ChildWord::Inner(*root);
-  TraceForgotten<kQuery>(task, subset, list, rays, memory, trace);
+  with_list([&](const RayNumber* list, size_t count) {
+    TraceForgotten<kQuery>(task, subset, list, count, memory, trace_list);
+  });
   return std::nullopt;
+}
+
+/// The same for rays that are a list.
+template <Query kQuery, class TraceList>
+std::optional<ChildWord> OpenSubset(const TraceTask& task, uint32_t number, const RayNumber* list,
+                                    size_t rays, ListMemory memory, const TraceList& trace_list) {
+  return OpenSubset<kQuery>(
+      task, number, rays, memory, [&](const auto& with) { with(list, rays); },
+      [&](ChildWord node) { trace_list(task, node); }, trace_list);
 }
 
 }  // namespace HWY_NAMESPACE

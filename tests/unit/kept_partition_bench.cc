@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 /// As many triangles as are split in one go.
-void SplitSubset(benchmark::State& state) {
+void Split(benchmark::State& state, NodeRule rule) {
   constexpr size_t kCount = SubsetScratch::kTriangles;
   unit::Random random(1);
   const unit::Mesh mesh = unit::MakeSoup(random, kCount, 1, 0.1f);
@@ -28,11 +28,12 @@ void SplitSubset(benchmark::State& state) {
   std::vector<uint32_t> order(kCount);
   for (auto _ : state) {
     std::iota(order.begin(), order.end(), 0u);
-    benchmark::DoNotOptimize(
-        SplitTriangles(table, kLeafLanes, 0, order, SplitRule::kWell, *scratch));
+    benchmark::DoNotOptimize(SplitTriangles(table, kLeafLanes, 0, order, rule, *scratch));
   }
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * kCount));
 }
+void SplitToRent(benchmark::State& state) { Split(state, NodeRule::kRent); }
+void SplitToBuy(benchmark::State& state) { Split(state, NodeRule::kBuy); }
 
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -42,7 +43,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace dacrt {
 namespace {
-DACRT_STEP_BENCHMARK("SplitTriangles", SplitSubset);
+DACRT_STEP_BENCHMARK("SplitTriangles/rent", SplitToRent);
+DACRT_STEP_BENCHMARK("SplitTriangles/buy", SplitToBuy);
 }  // namespace
 }  // namespace dacrt
 #endif

@@ -26,17 +26,21 @@ using unit::Random;
 /// With all the room that a partition can want.
 Counts ExpectWholePartition(std::vector<Mesh> meshes, const std::string& what) {
   SCOPED_TRACE(what);
-  // Split fast, then split well.
-  Kept fast(meshes, kPlenty);
-  fast.partition.SetShortLived();
-  Walker fast_walker(fast);
-  fast_walker.Walk(true);
-  Kept kept(std::move(meshes), kPlenty);
-  Walker walker(kept);
-  walker.Walk(true);
-  EXPECT_LE(fast_walker.nodes, 2 * walker.nodes + 2);
-  EXPECT_LE(fast_walker.leaves, 2 * walker.leaves + 2);
-  return walker;
+  Counts counts[std::size(kAllRays)];
+  for (const Rays rays : kAllRays) {
+    Kept kept(meshes, kPlenty);
+    kept.rays = rays;
+    Walker walker(kept);
+    walker.Walk(true);
+    EXPECT_TRUE(rays == Rays::kFew || walker.rented == 0);
+    counts[static_cast<size_t>(rays)] = walker;
+  }
+  const auto [few, many, more] = counts;
+  EXPECT_LE(few.nodes, 2 * many.nodes + 2);
+  EXPECT_EQ(few.leaves, many.leaves);
+  EXPECT_EQ(more.nodes, many.nodes);
+  EXPECT_EQ(more.leaves, many.leaves);
+  return many;
 }
 
 // Around the sizes at which leaves, nodes, subsets and the grid begin.
@@ -194,7 +198,7 @@ void TheBudgetIsNeverExceeded() {
   EXPECT_LT(least, 6 * kTriangles);
   size_t last_nodes = 0;
   for (const size_t budget :
-       {size_t{0}, least - 1, least, least + 100, least + 3000, least + 5000, 6 * kTriangles,
+       {size_t{0}, least - 1, least, least + 100, least + 3000, 6 * kTriangles, least + 5000,
         least + 8000, least + 12000, 7 * kTriangles, 16 * kTriangles}) {
     SCOPED_TRACE(budget);
     Kept kept({mesh}, budget);
@@ -217,21 +221,23 @@ void TheBudgetIsNeverExceeded() {
   }
 }
 
-/// Where leaves take all that they may, a whole partition still has its nodes.
-void ExpectRoomForNodes(bool is_short_lived) {
+// Where leaves take all that they may, a whole partition still has its nodes.
+void LeavesLeaveRoomForNodes() {
   Random random(32);
   constexpr size_t kTriangles = 30000;
   const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.03f);
-  Kept kept({mesh}, 32 * kTriangles);
-  if (is_short_lived) kept.partition.SetShortLived();
-  uint32_t place;
-  size_t leaves = 0;
-  while (kept.partition.AllocateLeaf(100, place)) ++leaves;
-  EXPECT_GT(100 * leaves, 15 * kTriangles);
-  Walker(kept).Walk(true);
+  for (const Rays rays : kAllRays) {
+    Kept kept({mesh}, 32 * kTriangles);
+    kept.rays = rays;
+    uint32_t place;
+    size_t leaves = 0;
+    while (kept.partition.AllocateLeaf(100, place)) ++leaves;
+    EXPECT_GT(100 * leaves, 15 * kTriangles);
+    Walker walker(kept);
+    walker.Walk(true);
+    EXPECT_EQ(walker.rented > 0, rays == Rays::kFew);
+  }
 }
-void LeavesLeaveRoomForNodes() { ExpectRoomForNodes(false); }
-void LeavesLeaveRoomForNodesThatAreMadeFast() { ExpectRoomForNodes(true); }
 
 // Quads and cells fill two lanes, so that a leaf holds fewer of them; triangles beside them one.
 void ItemsOfTwoLanes() {
@@ -253,10 +259,10 @@ void ItemsOfTwoLanes() {
     geometries[1].geometry_id = 1;
     geometries[1].primitives = {mesh.triangles.data(), 12};
     geometries[1].primitive_count = triangles;
-    for (const bool is_short_lived : {false, true}) {
+    for (const Rays rays : kAllRays) {
       Kept kept(geometries, kPlenty);
       EXPECT_FALSE(kept.table().all_fill_one_lane());
-      if (is_short_lived) kept.partition.SetShortLived();
+      kept.rays = rays;
       Walker walker(kept);
       walker.Walk(true);
       EXPECT_GE(walker.leaves, 3000u / 4);
@@ -285,7 +291,6 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, InvalidTrianglesAreLeftOut);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheNamesOfThoseLeftOutAreKept);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodes);
-HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodesThatAreMadeFast);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ItemsOfTwoLanes);
 
 }  // namespace dacrt

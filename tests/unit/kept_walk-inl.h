@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "partition/buy_nodes-inl.h"
 #include "partition/kept_partition.h"
 #include "partition/list_triangles-inl.h"
 #include "partition/split_by_grid-inl.h"
@@ -30,6 +31,11 @@ namespace {
 using unit::Mesh;
 
 constexpr size_t kPlenty = size_t{1} << 24;
+
+/// How subsets get their nodes: for so few rays that they are rented, for so many that they are
+/// bought at once, or one after the other.
+enum class Rays { kFew, kMany, kMore };
+constexpr Rays kAllRays[] = {Rays::kFew, Rays::kMany, Rays::kMore};
 
 /// A partition with all that it needs.
 class Kept {
@@ -50,8 +56,13 @@ class Kept {
         partition(table_, budget, kFirstLook, tasks_),
         scratch(std::make_unique<SubsetScratch>()) {}
 
-  uint32_t Root(uint32_t subset) {
-    return *RootOf(partition, subset, scratch.get(), nullptr, [] { FAIL() << "no memory"; });
+  uint32_t Root(uint32_t number) {
+    const size_t count = rays == Rays::kMany ? UINT32_MAX : 0;
+    const auto no_memory = [] { FAIL() << "no memory"; };
+    const uint32_t root = *RootOf(partition, number, count, scratch.get(), nullptr, no_memory);
+    Subset& subset = partition.subset(number);
+    if (rays == Rays::kMore && Subset::IsRented(root)) BuyNodes(partition, subset, *scratch);
+    return subset.root;
   }
   const GeometryTable& table() const { return table_; }
 
@@ -63,6 +74,7 @@ class Kept {
  public:
   KeptPartition partition;
   std::unique_ptr<SubsetScratch> scratch;
+  Rays rays = Rays::kFew;
 };
 
 /// What a partition is made of.
@@ -72,6 +84,7 @@ struct Counts {
   size_t leaves = 0;
   size_t subsets = 0;
   size_t without_room = 0;
+  size_t rented = 0;
   size_t deepest = 0;
 };
 
@@ -115,9 +128,11 @@ class Walker : public Counts {
       AddTriangles(begin, subset.count, above);
       return;
     }
-    ASSERT_LT(root, Subset::kNoRoom);
+    ASSERT_TRUE(Subset::HasNodes(root));
+    is_rented_ = Subset::IsRented(root);
+    if (is_rented_) ++rented;
     const size_t before = count_;
-    WalkNode(root, above, depth, begin, end);
+    WalkNode(Subset::NodeOf(root), above, depth, begin, end);
     ASSERT_EQ(count_ - before, subset.count);
   }
 
@@ -147,17 +162,17 @@ class Walker : public Counts {
       }
       const ChildWord child = node.Child(i);
       if (child.IsLeaf()) {
-        WalkLeaf(child, volumes, begin, end);
+        WalkLeaf(child, (node.bare >> i & 1) != 0, volumes, begin, end);
       } else if (child.IsSubset()) {
         Subset& subset = kept_.partition.subset(child.number());
         ASSERT_GE(subset.begin, begin);
         ASSERT_LE(subset.begin + subset.count, end);
         ASSERT_EQ(subset.parent, number * WideNode::kWidth + i);
         WalkSubset(child.number(), volumes, depth + 1);
-        // Once split, the way to it is the shorter one.
+        // Once there is nothing more to do for it, the way to it is the shorter one.
         const uint32_t root = subset.root;
         ASSERT_EQ(node.Child(i).bits(),
-                  root < Subset::kNoRoom ? ChildWord::Inner(root).bits() : child.bits());
+                  Subset::IsNode(root) ? ChildWord::Inner(root).bits() : child.bits());
       } else {
         const Subset* const subset = SubsetWithRoot(child.number());
         WalkNode(child.number(), volumes, depth + 1, subset ? subset->begin : begin,
@@ -170,15 +185,17 @@ class Walker : public Counts {
   /// The subset that a node is the first one of; null if it is in the middle of one.
   const Subset* SubsetWithRoot(uint32_t node) {
     for (const uint32_t number : seen_subsets_) {
-      if (kept_.partition.subset(number).root == node) return &kept_.partition.subset(number);
+      const Subset& subset = kept_.partition.subset(number);
+      if (Subset::HasNodes(subset.root) && Subset::NodeOf(subset.root) == node) return &subset;
     }
     return nullptr;
   }
 
   /// Of one item or of at most kLeafLanes lanes, of which the last item is marked, and no other.
-  void WalkLeaf(ChildWord leaf, const Volumes& volumes, size_t begin, size_t end) {
+  void WalkLeaf(ChildWord leaf, bool is_bare, const Volumes& volumes, size_t begin, size_t end) {
     ++leaves;
     ASSERT_TRUE(leaf.IsRange());
+    ASSERT_NE(is_bare, is_rented_) << "only what is bought gets copies";
     size_t place = leaf.range(), lanes = 0, count = 0;
     ASSERT_GE(place, begin);
     for (bool is_last = false; !is_last; ++place, ++count) {
@@ -227,6 +244,7 @@ class Walker : public Counts {
 
   Kept& kept_;
   bool has_room_ = true;
+  bool is_rented_ = false;  ///< the subset whose nodes are being walked
   size_t count_ = 0;
   std::set<uint32_t> seen_subsets_, seen_nodes_, numbers_;
   std::set<size_t> places_;

@@ -41,7 +41,7 @@ void ThreadsTogetherSplitAsOneDoes() {
       ASSERT_EQ(by_all.partition.TakeSorted()->parts, tasks.threads());
     }
     const uint32_t root = by_one.Root(0);
-    ASSERT_EQ(RootOf(by_all.partition, 0, by_all.scratch.get(), &tasks, [] {}), root);
+    ASSERT_EQ(RootOf(by_all.partition, 0, 0, by_all.scratch.get(), &tasks, [] {}), root);
     const auto one = by_one.partition.triangles(), all = by_all.partition.triangles();
     EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin(), all.end()));
     EXPECT_EQ(by_all.partition.BytesUsed(), by_one.partition.BytesUsed());
@@ -107,7 +107,7 @@ void WhoWouldWaitSplitsANeighbour() {
   for (size_t i = 1; i < subsets.size(); ++i) {
     ASSERT_EQ(partition.subset(subsets[i]).root, Subset::kUnsplit);
     EXPECT_TRUE(SplitNeighbour(partition, busy, *kept.scratch));
-    EXPECT_TRUE(Subset::IsNode(partition.subset(subsets[i]).root));
+    EXPECT_TRUE(Subset::IsRented(partition.subset(subsets[i]).root)) << "no rays have come";
   }
   EXPECT_FALSE(SplitNeighbour(partition, busy, *kept.scratch)) << "all are split";
   EXPECT_EQ(busy.root, Subset::kBeingSplit);
@@ -131,10 +131,10 @@ void ThreadsAgree() {
           std::vector<uint32_t> subsets = {0};
           for (size_t i = 0; i < subsets.size(); ++i) {
             const uint32_t root =
-                *RootOf(kept.partition, subsets[i], scratch.get(), nullptr, [] {});
+                *RootOf(kept.partition, subsets[i], 0, scratch.get(), nullptr, [] {});
             roots[t].push_back(root);
             if (root == Subset::kNoRoom) continue;
-            std::vector<uint32_t> open = {root};
+            std::vector<uint32_t> open = {Subset::NodeOf(root)};
             while (!open.empty()) {
               const WideNode& node = kept.partition.node(open.back());
               open.pop_back();
@@ -185,14 +185,14 @@ void WithoutScratchTheSubsetStays() {
   Random random(35);
   Kept kept({unit::MakeSoup(random, 900, 1, 0.05f)}, kPlenty);
   bool called = false;
-  const auto root = RootOf(kept.partition, 0, nullptr, nullptr, [&] {
+  const auto root = RootOf(kept.partition, 0, 0, nullptr, nullptr, [&] {
     called = true;
     EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kBeingSplit);
   });
   EXPECT_FALSE(root.has_value());
   EXPECT_TRUE(called);
   EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
-  EXPECT_THROW(RootOf(kept.partition, 0, nullptr, nullptr, [] { throw std::bad_alloc(); }),
+  EXPECT_THROW(RootOf(kept.partition, 0, 0, nullptr, nullptr, [] { throw std::bad_alloc(); }),
                std::bad_alloc);
   EXPECT_EQ(kept.partition.subset(0).root.load(), Subset::kUnsplit);
   Walker(kept).Walk(true);
@@ -231,7 +231,7 @@ void LargeSubsetsAreSplitWhereThereIsNoMemoryForAGrid() {
   // Without scratch, too, as far as that goes.
   Kept kept({unit::MakeSoup(random, 5000, 1, 0.05f)}, kPlenty);
   const auto root =
-      RootOf(kept.partition, 0, nullptr, nullptr, [] { FAIL() << "a large one needs none"; });
+      RootOf(kept.partition, 0, 0, nullptr, nullptr, [] { FAIL() << "a large one needs none"; });
   ASSERT_TRUE(root.has_value());
   EXPECT_LT(*root, Subset::kNoRoom);
   Walker(kept).Walk(true);
