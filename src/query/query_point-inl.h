@@ -14,6 +14,7 @@
 
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_block.h"
+#include "partition/rent_or_buy.h"
 #include "partition/split_by_grid-inl.h"
 #include "query/point_domain.h"
 #include "query/point_task.h"
@@ -54,7 +55,7 @@ class PointWalk {
  private:
   void WalkSubset(uint32_t number) {
     KeptPartition& kept = *scene_.kept;
-    const Subset& subset = kept.subset(number);
+    Subset& subset = kept.subset(number);
     const auto visit_all = [&] {
       for (size_t i = 0; i < subset.count; ++i) VisitEntry(kept.triangles()[subset.begin + i]);
     };
@@ -64,7 +65,12 @@ class PointWalk {
       root = RootOf(kept, number, 1, scratch.get(), nullptr, [] { throw std::bad_alloc(); });
     }
     if (root == Subset::kNoRoom) return visit_all();
-    if (root) WalkNode(kept.node(Subset::NodeOf(*root)));
+    if (root && Subset::IsRented(*root)) {
+      const rent_or_buy::Stay stay(kept, subset);
+      if (stay.root()) return WalkNode(kept.node(stay.root()->number()));
+      root = subset.root;
+    }
+    if (root) WalkNode(kept.node(*root));
   }
 
   void WalkNode(const WideNode& node) {

@@ -214,6 +214,47 @@ TEST_F(QueryPoint, NoCallbackMakesTheRadiusLarger) {
   });
 }
 
+// While it is on its way rays buy better nodes for where it is, and others take the memory of those
+// that it is in.
+TEST_F(QueryPoint, StaysInItsNodesWhileRaysBuyOthers) {
+  struct Tracer {
+    const Scene* scene;
+    std::vector<int> counts;
+    bool has_traced;
+
+    static float Visit(void*, const PointCandidate& candidate) {
+      auto& tracer = *static_cast<Tracer*>(candidate.call);
+      ++tracer.counts[candidate.primitive_id];
+      if (tracer.has_traced) return candidate.radius;
+      tracer.has_traced = true;
+      Random random(9);
+      std::vector<unit::Ray> rays(20000);
+      for (unit::Ray& ray : rays) {
+        const Float3 from = random.InCube(-15, 15), to = random.InCube(-8, 12);
+        ray = unit::MakeRay(from, {to[0] - from[0], to[1] - from[1], to[2] - from[2]});
+      }
+      tracer.scene->Trace(Query::kClosest, unit::ViewOf(rays), {});
+      return candidate.radius;
+    }
+  };
+  Geometry view = View(mesh_);
+  view.point_callback = {Tracer::Visit, nullptr};
+  for (const InstructionSet instruction_set : AvailableInstructionSets()) {
+    SCOPED_TRACE(Name(instruction_set));
+    Settings settings;
+    settings.instruction_set = instruction_set;
+    const auto scene = MakeScene(view, settings);
+    Tracer tracer{scene.get(), std::vector<int>(mesh_.triangles.size()), false};
+    PointQuery query = QueryAt({0, 0, 0}, kInfinity);
+    // Nodes are rented by the first, and bought by what it calls.
+    query.call = &tracer;
+    scene->QueryPoint(query);
+    for (uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
+      ASSERT_EQ(tracer.counts[i], CanBeHit(i)) << i;
+    }
+  }
+}
+
 TEST_F(QueryPoint, GoesThroughATransform) {
   // Of the space that the mesh is in, from the world's: a similarity, and not.
   const AffineTransform transforms[] = {
