@@ -48,8 +48,8 @@ inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch
   const NodeRun rented{Subset::NodeOf(subset.root), subset.node_count};
   const auto order = kept.triangles().subspan(subset.begin, subset.count);
   const size_t leaves = ReferLeaves(kept.geometries(), subset, order, scratch.refs);
-  const Box bounds = MeasureTriangles(scratch.refs, 0, leaves).bounds;
-  const size_t count = BuildNodesOver(leaves, scratch);
+  const TriangleRange range = MeasureTriangles(scratch.refs, 0, leaves);
+  const size_t count = BuildNodesOver(range, scratch);
   uint32_t root = Subset::kNoRoom, no_subset;
   if (count > 0) root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
   if (root == Subset::kNoRoom) {
@@ -60,7 +60,7 @@ inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch
   kept.HasItsNodes(subset, HWY_MAX(rented.count, count));
   subset.rented = rented.bits();
   subset.node_count = static_cast<uint32_t>(count);
-  subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
+  subset.decay_base = RelativeSurface({&kept.node(root), count}, range.bounds);
   Publish(kept, subset, root);
   rent_or_buy::GiveBackRented(kept, subset);
 }

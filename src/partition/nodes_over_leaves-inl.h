@@ -65,7 +65,7 @@ inline WeighedChildren SplitInOrder(const TriangleRef* refs, const WeighedRange&
 inline WeighedChildren SplitRange(const LeafBoxes& leaves, TriangleRef* refs,
                                   const WeighedRange& parent, SubsetScratch& scratch) {
   if (parent.range.count() <= kLeavesInOrder) return SplitInOrder(refs, parent);
-  return SplitByBins(leaves, refs, parent, scratch);
+  return SplitRange<LeafBoxes>(leaves, refs, parent, scratch);
 }
 
 /// Leaves of which each is referred to by its word.
@@ -84,13 +84,13 @@ inline void ReferLeaf(const Corners& bounds, ChildWord word, TriangleRef& ref) {
   ref.geometry = 0;
 }
 
-/// Makes nodes over the first `leaf_count` of scratch.refs, the root first. Returns how many there
+/// Makes nodes over leaves that are a range of scratch.refs, the root first. Returns how many there
 /// are, 0 if they have no room.
-inline size_t BuildNodesOver(size_t leaf_count, SubsetScratch& scratch) {
+inline size_t BuildNodesOver(const TriangleRange& range, SubsetScratch& scratch) {
   KnownLeaves leaves{scratch.refs};
   return NodeBuilder(LeafBoxes(), scratch.refs, leaves, std::span(scratch.ranges),
                      std::span(scratch.nodes), scratch)
-      .Build({MeasureTriangles(scratch.refs, 0, leaf_count), leaf_count * kLeafLanes});
+      .Build({range, range.count() * kLeafLanes});
 }
 
 }  // namespace HWY_NAMESPACE

@@ -69,7 +69,7 @@ inline size_t MakeNodesOver(size_t leaf_count, const Box& bounds, NodeRule rule,
     const PackedRange& leaf = scratch.packed[i];
     ReferLeaf(leaf, leaves.Child(leaf.begin, leaf.end), scratch.refs[i]);
   }
-  return BuildNodesOver(leaf_count, scratch);
+  return BuildNodesOver(MeasureTriangles(scratch.refs, 0, leaf_count), scratch);
 }
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in

@@ -70,8 +70,8 @@ inline Children PartitionWithSpare(TriangleRef* refs, const TriangleRange& range
 /// The best split of a range of at least two references by the surfaces of its sides, with the
 /// references moved; two halves by count if no split by bins has something on both sides.
 template <class Kind>
-inline WeighedChildren SplitByBins(const Kind& kind, TriangleRef* refs, const WeighedRange& parent,
-                                   SubsetScratch& scratch) {
+inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const WeighedRange& parent,
+                                  SubsetScratch& scratch) {
   const TriangleRange& range = parent.range;
   const uint32_t bins = SurfaceBins(range.count());
   const BinMap map(range.centers, bins);
@@ -135,13 +135,6 @@ inline WeighedChildren SplitByBins(const Kind& kind, TriangleRef* refs, const We
                                 ? PartitionWithSpare(refs, range, best, scratch.spare)
                                 : PartitionTriangles(refs, range, best);
   return {{children.left, left_weight}, {children.right, parent.weight - left_weight}};
-}
-
-/// How a range is split unless its kind says otherwise.
-template <class Kind>
-inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const WeighedRange& parent,
-                                  SubsetScratch& scratch) {
-  return SplitByBins(kind, refs, parent, scratch);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -10,6 +10,10 @@
 #include <hwy/tests/hwy_gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -187,7 +191,7 @@ class RentedTraceTest : public OnEachInstructionSet {
  protected:
   static constexpr uint32_t kTriangles = 1500;
 
-  /// `lanes` rays, one more than before of which `round` is the first.
+  /// Traces a packet of `lanes` rays, each of which is another one in each round.
   void TracePacket(Query query, uint32_t lanes, uint32_t round, std::vector<float>& values) {
     values.assign(std::size_t{lanes} * kPacketComponents, 0);
     const auto set = [&](PacketComponent component, uint32_t lane, float value) {
@@ -246,7 +250,7 @@ TEST_P(RentedTraceTest, RaysBuyWithTheLastOneThatIsMissing) {
       std::size_t hits = 0;
       for (uint32_t i = 0; i < packets; ++i) {
         TracePacket(query, lanes, i, bought);
-        ASSERT_EQ(memcmp(bought.data(), rented[i].data(), bought.size() * sizeof(float)), 0) << i;
+        ASSERT_EQ(std::memcmp(bought.data(), rented[i].data(), bought.size() * sizeof(float)), 0) << i;
         hits += bought[static_cast<std::size_t>(PacketComponent::kTfar) * lanes] != kInfinity;
       }
       EXPECT_GT(hits, packets / 4);
