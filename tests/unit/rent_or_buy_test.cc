@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,7 +39,7 @@ bool Come(Kept& kept, uint32_t number, uint32_t rays) {
 // together, the subset costs at most twice what it would have, had one known.
 void CostsAtMostTwiceTheBest() {
   Random random(61);
-  for (const uint32_t triangles : {64u, 500u, 2048u}) {
+  for (const uint32_t triangles : {300u, 900u, 2048u}) {
     const unit::Mesh mesh = unit::MakeSoup(random, triangles, 1, 0.1f);
     const uint64_t price = uint64_t{triangles} * rent_or_buy::kPrice;
     for (const uint32_t together : {1u, 7u, 64u, 100'000u}) {
@@ -96,6 +97,7 @@ void OneThreadBuys() {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(bought, 1);
+  EXPECT_FALSE(rent_or_buy::IsDue(kept.partition.subset(0), UINT32_MAX)) << "for who came late";
   Walker(kept).Walk(true);
 }
 
@@ -115,13 +117,16 @@ void WhatWasRentedIsUsedAgain() {
   Walker(kept).Walk(true);
 }
 
-// Rented nodes stay while a ray is in them.
+// Rented nodes stay while a ray is in them, and what their leaves say as long as it may have hits
+// there.
 void WhoIsInsideMayStay() {
   Random random(67);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   const ChildWord rented = ChildWord::Inner(Subset::NodeOf(kept.Root(0)));
   Subset& subset = kept.partition.subset(0);
   const auto is_given_back = [&] { return subset.rented == 0; };
+  const std::span<const uint32_t> place = kept.partition.OrderOf(subset);
+  const std::vector<uint32_t> order(place.begin(), place.end());
   {
     const rent_or_buy::Stay first(kept.partition, subset);
     ASSERT_EQ(first.root()->bits(), rented.bits());
@@ -137,6 +142,8 @@ void WhoIsInsideMayStay() {
     ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
     EXPECT_GT(node, rented.number() + subset.node_count) << "behind both";
   }
+  EXPECT_TRUE(std::equal(place.begin(), place.end(), order.begin(), order.end()));
+  EXPECT_NE(kept.partition.OrderOf(subset).data(), place.data());
   EXPECT_TRUE(is_given_back());
   uint32_t node, no_subset;
   ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
