@@ -113,7 +113,8 @@ KeptPartition::KeptPartition(const KeptPartition& other)
       leaf_lanes_(other.leaf_lanes_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()),
-      goes_backwards_(other.goes_backwards_.load()) {
+      goes_backwards_(other.goes_backwards_.load()),
+      is_short_lived_(other.is_short_lived_) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
   const std::byte* const begin = other.memory_.data();
   const std::byte* const end = begin + other.memory_.bytes();

@@ -255,6 +255,12 @@ class KeptPartition {
   void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
+  /// Whether it came in the place of another one to which rays had come, and so may not live for
+  /// long: small subsets have nodes as if rented and copies of leaves from the beginning, and
+  /// nothing is bought. Said before the first of them is split.
+  bool is_short_lived() const { return is_short_lived_; }
+  void SetShortLived() { is_short_lived_ = true; }
+
   /// Whether single any-hit rays should visit the children of a node from the last one on, as far
   /// as threads have learnt (see trace/child_order.h). No answer depends on it.
   bool goes_backwards() const { return goes_backwards_.load(std::memory_order_relaxed); }
@@ -303,6 +309,7 @@ class KeptPartition {
   std::atomic<std::size_t> lost_bytes_{0};
   std::array<std::atomic<uint64_t>, 16> free_{};  ///< a NodeRun each, or 0
   std::atomic<bool> goes_backwards_{false};
+  bool is_short_lived_ = false;
 };
 
 }  // namespace dacrt

@@ -115,13 +115,14 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
   const auto triangles = kept.OrderOf(subset);
   std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
-  const SplitRule rule =
-      rays < rent_or_buy::RaysFor(subset.count) ? SplitRule::kRent : SplitRule::kBuy;
+  const bool is_enough = rays >= rent_or_buy::RaysFor(subset.count);
+  const SplitRule rule = kept.is_short_lived() || !is_enough ? SplitRule::kRent : SplitRule::kBuy;
   const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), begin,
                                       {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
   // There is nothing better than one node, or than what was split by surface.
-  const bool is_rented = rule == SplitRule::kRent && count > 1 && kept.leaf_lanes() == kLeafLanes;
+  const bool is_rented = rule == SplitRule::kRent && count > 1 && !kept.is_short_lived() &&
+                         kept.leaf_lanes() == kLeafLanes;
   if (is_rented) {
     for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesDone();
   }

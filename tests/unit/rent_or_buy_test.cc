@@ -81,6 +81,22 @@ void ManyRaysBuyAtOnce() {
   EXPECT_GT(few.partition.BytesUsed(), many.partition.BytesUsed());
 }
 
+// What will not live for long has the nodes that others rent, with copies of their leaves.
+void ShortLivedOnesNeitherRentNorBuy() {
+  Random random(68);
+  const unit::Mesh mesh = unit::MakeSoup(random, 2000, 1, 0.1f);
+  Kept few({mesh}, kPlenty);
+  few.Root(0);
+  for (const Rays rays : kAllRays) {
+    Kept kept({mesh}, kPlenty);
+    kept.partition.SetShortLived();
+    kept.rays = rays;
+    EXPECT_TRUE(Subset::IsNode(kept.Root(0)));
+    EXPECT_EQ(kept.partition.BytesUsed(), few.partition.BytesUsed());
+    Walker(kept).Walk(true);
+  }
+}
+
 // Of threads whose rays come at once one buys.
 void OneThreadBuys() {
   Random random(63);
@@ -185,6 +201,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(RentOrBuyTest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, CostsAtMostTwiceTheBest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ShortLivedOnesNeitherRentNorBuy);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, OneThreadBuys);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
