@@ -30,7 +30,7 @@ namespace dacrt::rent_or_buy {
 inline constexpr uint32_t kPrice = 50, kRent = 400;
 
 /// Subsets of up to so many triangles are not rented: what they cost is next to nothing.
-inline constexpr uint32_t kFewTriangles = 512;
+inline constexpr uint32_t kFewTriangles = 256;
 
 /// Rays that a subset of `triangles` is rented for.
 constexpr uint32_t RaysFor(uint32_t triangles) {
