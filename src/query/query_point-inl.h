@@ -57,7 +57,7 @@ class PointWalk {
     KeptPartition& kept = *scene_.kept;
     Subset& subset = kept.subset(number);
     const auto visit_all = [&] {
-      for (const uint32_t entry : kept.OrderOf(subset)) VisitEntry(entry);
+      for (size_t i = 0; i < subset.count; ++i) VisitEntry(kept.triangles()[subset.begin + i]);
     };
     std::optional<uint32_t> root;
     {
