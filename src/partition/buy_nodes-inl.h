@@ -8,59 +8,34 @@
 #define DACRT_PARTITION_BUY_NODES_INL_H_
 #endif
 
-#include <span>
-
-#include "geometry/bound_triangle-inl.h"
 #include "partition/keep_nodes-inl.h"
 #include "partition/kept_partition.h"
-#include "partition/nodes_over_leaves-inl.h"
-#include "partition/read_ahead-inl.h"
 #include "partition/rent_or_buy.h"
+#include "partition/split_subset-inl.h"
 #include "runtime/scratch.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Refers to the leaves of a subset that has been split. Returns how many they are.
-inline size_t ReferLeaves(const GeometryTable& geometries, const Subset& subset,
-                          std::span<const uint32_t> order, TriangleRef* refs) {
-  ReadAhead names(geometries, order);
-  CornerBounds bounds;
-  size_t leaves = 0, begin = 0;
-  for (size_t i = 0; i < order.size(); ++i) {
-    const GeometryTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(geometries, names.source(), name);
-    bounds.Extend(lower, upper);
-    if (!(order[i] & KeptOrder::kLastOfLeaf)) continue;
-    const auto first = static_cast<uint32_t>(subset.begin + begin);
-    ReferLeaf(bounds.Get(), ChildWord::Range(first), refs[leaves++]);
-    bounds = CornerBounds();
-    begin = i + 1;
-  }
-  DACRT_ASSERT(begin == order.size());
-  return leaves;
-}
-
-/// Buys nodes for a subset whose nodes are rented; nobody else may do so meanwhile. Where there is
-/// no room for them those that there are will do.
+/// Buys nodes for a subset whose nodes are rented; nobody else may do so meanwhile. They come with
+/// another order of the triangles, beside the one by which the rented nodes go, and the hits that
+/// rays have found there. Where there is no room, what is rented will do.
 inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch) {
   const NodeRun rented{Subset::NodeOf(subset.root), subset.node_count};
-  const auto order = kept.triangles().subspan(subset.begin, subset.count);
-  const size_t leaves = ReferLeaves(kept.geometries(), subset, order, scratch.refs);
-  const TriangleRange range = MeasureTriangles(scratch.refs, 0, leaves);
-  const size_t count = BuildNodesOver(range, scratch);
-  uint32_t root = Subset::kNoRoom, no_subset;
-  if (count > 0) root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
+  const uint32_t begin = subset.begin;
+  uint32_t root = Subset::kNoRoom, place = subset.spare;
+  NodeRun run;
+  if (place != Subset::kNowhere || kept.AllocateOrder(subset.count, run, place)) {
+    root = SplitSmallSubset(kept, subset, UINT32_MAX, place, scratch);
+  }
   if (root == Subset::kNoRoom) {
+    if (run.count > 0) kept.Free(run);
     for (uint32_t i = 0; i < rented.count; ++i) kept.node(rented.first + i).SetLeavesBare();
     return Publish(kept, subset, rented.first);
   }
-  // What was rented is what the next one rents or buys, as far as it is long enough.
-  kept.HasItsNodes(subset, HWY_MAX(rented.count, count));
+  subset.spare = begin;
   subset.rented = rented.bits();
-  subset.node_count = static_cast<uint32_t>(count);
-  subset.decay_base = RelativeSurface({&kept.node(root), count}, range.bounds);
   Publish(kept, subset, root);
   rent_or_buy::GiveBackRented(kept, subset);
 }

@@ -20,6 +20,12 @@ std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
   return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
 }
 
+/// Nodes that have room for the order of some triangles.
+std::size_t NodesForOrder(std::size_t triangles) {
+  constexpr std::size_t kPlaces = sizeof(WideNode) / sizeof(uint32_t);
+  return (triangles + kPlaces - 1) / kPlaces;
+}
+
 std::size_t LanesOf(const GeometryTable& geometries) {
   std::size_t lanes = geometries.triangle_count();
   if (geometries.all_fill_one_lane()) return lanes;
@@ -71,7 +77,7 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
   room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
-  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)));
+  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)) + NodesForOrder(most));
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
@@ -86,12 +92,8 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
 
   List(look, tasks);
   subset_count_ = 1;
-  subsets_[0].begin = 0;
-  subsets_[0].count = static_cast<uint32_t>(triangles_.size());
+  subsets_[0].SetUnsplit(0, static_cast<uint32_t>(triangles_.size()), bounds_.HalfArea());
   subsets_[0].parent = Subset::kNowhere;
-  subsets_[0].root = Subset::kUnsplit;
-  subsets_[0].made_surface = bounds_.HalfArea();
-  subsets_[0].geometry_bits = 0;
 }
 
 KeptPartition::KeptPartition(const KeptPartition& other)
@@ -111,7 +113,8 @@ KeptPartition::KeptPartition(const KeptPartition& other)
       leaf_lanes_(other.leaf_lanes_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()),
-      goes_backwards_(other.goes_backwards_.load()) {
+      goes_backwards_(other.goes_backwards_.load()),
+      is_short_lived_(other.is_short_lived_) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
   const std::byte* const begin = other.memory_.data();
   const std::byte* const end = begin + other.memory_.bytes();
@@ -178,9 +181,12 @@ void KeptPartition::PlaceGrid(TaskPool& tasks) {
   sorted_.emplace(triangles_.size(), parts, memory_.data() + offset);
 }
 
-void KeptPartition::HasItsNodes(Subset& subset, std::size_t nodes) {
-  if (std::exchange(subset.has_its_nodes, true) || leaf_units_ == 0) return;
-  const std::size_t most = subset.count * kLeafLanes / (kLanesANode * leaf_lanes_);
+void KeptPartition::HasItsNodes(Subset& subset) {
+  if (subset.has_its_nodes || leaf_units_ == 0) return;
+  subset.has_its_nodes = true;
+  const std::size_t order = NodesForOrder(subset.count);
+  const std::size_t most = subset.count * kLeafLanes / (kLanesANode * leaf_lanes_) + order;
+  const std::size_t nodes = subset.node_count + (subset.begin < triangles_.size() ? 0 : order);
   if (nodes < most) leaf_units_ += (most - nodes) * kUnitsANode;
 }
 
@@ -227,6 +233,15 @@ bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, u
     first_node = static_cast<uint32_t>(nodes);
   } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{node_count} << 32)));
   DACRT_ASSERT(BytesUsed() <= BytesReserved());
+  return true;
+}
+
+bool KeptPartition::AllocateOrder(std::size_t count, NodeRun& run, uint32_t& place) {
+  const std::size_t nodes = NodesForOrder(count);
+  uint32_t first, no_subset;
+  if (!Allocate(nodes, 0, first, no_subset)) return false;
+  run = {first, static_cast<uint32_t>(nodes)};
+  place = static_cast<uint32_t>(reinterpret_cast<uint32_t*>(nodes_ + first) - triangles_.data());
   return true;
 }
 

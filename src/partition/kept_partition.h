@@ -4,9 +4,10 @@
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
 // range. A subset is split when a ray first comes to it: a large one by a grid into many, for which
 // the whole scene is sorted while it is listed; a small one into nodes with a few triangles in each
-// leaf (split_subset-inl.h). Leaves get a copy of their
-// geometry (leaf/leaf_block.h) while the budget lasts. What has been published never changes but
-// for a word that says the same in another way, so threads read it without locks.
+// leaf (split_subset-inl.h), and once more, with another order beside the first one, when rays have
+// paid for it (buy_nodes-inl.h). Leaves get a copy of their geometry (leaf/leaf_block.h) while the
+// budget lasts. What has been published never changes but for a word that says the same in another
+// way, so threads read it without locks.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +42,7 @@ struct NodeRun {
   uint32_t count = 0;
 };
 
-/// Triangles [begin, begin + count) of the kept order.
+/// Triangles [begin, begin + count) of the kept order, see KeptPartition::OrderOf.
 struct Subset {
   static constexpr uint32_t kUnsplit = UINT32_MAX;
   static constexpr uint32_t kBeingSplit = UINT32_MAX - 1;
@@ -66,8 +67,9 @@ struct Subset {
   std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
   std::atomic<uint32_t> rays;  ///< that have come while its nodes were rented
   std::atomic<uint32_t> inside;  ///< calls in its rented nodes
-  uint32_t node_count;         ///< nodes in a row from there
-  bool has_its_nodes;          ///< see KeptPartition::HasItsNodes
+  uint32_t node_count : 31;      ///< nodes in a row from there
+  uint32_t has_its_nodes : 1;    ///< see KeptPartition::HasItsNodes
+  uint32_t spare;                ///< place for another order of its triangles; kNowhere: none yet
   float made_surface;          ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
   /// Which geometries have triangles here: a bit for each of 64 rows of geometries; 0 if it is not
@@ -76,6 +78,16 @@ struct Subset {
   float lower[3], upper[3];  ///< bounds; known where geometry_bits are
   std::atomic<uint64_t>
       rented;  ///< nodes that are to be given back, a NodeRun; 0 if there are none
+
+  /// Of triangles that nobody has split.
+  void SetUnsplit(uint32_t first, uint32_t triangles, float surface) {
+    begin = first;
+    count = triangles;
+    made_surface = surface;
+    geometry_bits = 0;
+    spare = kNowhere;
+    root = kUnsplit;
+  }
 
   Box bounds() const {
     Box box;
@@ -163,10 +175,17 @@ class KeptPartition {
 
   const GeometryTable& geometries() const { return *geometries_; }
   const MemoryAccount* account() const { return account_; }
-  /// The numbers of the triangles (see GeometryTable::Number), in the kept order, with marks. Those
-  /// of a subset may be reordered by whoever splits it.
+  /// The numbers of the triangles (see GeometryTable::Number), in the kept order, with marks.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
+  /// Those of a subset, which may be reordered by whoever splits it. They stand among the others,
+  /// or, once they have got another order beside that one, among the nodes.
+  std::span<uint32_t> OrderOf(const Subset& subset) {
+    return {triangles_.data() + subset.begin, subset.count};
+  }
+  std::span<const uint32_t> OrderOf(const Subset& subset) const {
+    return {triangles_.data() + subset.begin, subset.count};
+  }
   WideNode& node(uint32_t number) {
     DACRT_ASSERT(number < NodesUsed());
     return nodes_[number];
@@ -199,12 +218,16 @@ class KeptPartition {
   bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
 
+  /// Room for another order of `count` triangles, in the place of nodes, which is `run`, and its
+  /// place in the kept order; false, and nothing is written, if there is not enough left.
+  bool AllocateOrder(std::size_t count, NodeRun& run, uint32_t& place);
+
   /// Gives nodes back that nobody uses. A few such runs are remembered, others are lost.
   void Free(const NodeRun& nodes);
 
-  /// Says that a subset has all its nodes, `nodes` of them: what stayed free for it beyond that is
-  /// for leaves.
-  void HasItsNodes(Subset& subset, std::size_t nodes);
+  /// Says that a subset has all its nodes, and the order that goes with them: what stayed free for
+  /// it beyond that is for leaves.
+  void HasItsNodes(Subset& subset);
 
   /// Lanes of a leaf. Where leaves are not to carry their geometry there are half as many of them:
   /// gathering is what they cost then, and nodes take half of the room.
@@ -231,6 +254,12 @@ class KeptPartition {
   /// From now on for these geometries, of as many triangles as before (see refit.h).
   void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
+
+  /// Whether it came in the place of another one to which rays had come, and so may not live for
+  /// long: small subsets have nodes as if rented and copies of leaves from the beginning, and
+  /// nothing is bought. Said before the first of them is split.
+  bool is_short_lived() const { return is_short_lived_; }
+  void SetShortLived() { is_short_lived_ = true; }
 
   /// Whether single any-hit rays should visit the children of a node from the last one on, as far
   /// as threads have learnt (see trace/child_order.h). No answer depends on it.
@@ -280,6 +309,7 @@ class KeptPartition {
   std::atomic<std::size_t> lost_bytes_{0};
   std::array<std::atomic<uint64_t>, 16> free_{};  ///< a NodeRun each, or 0
   std::atomic<bool> goes_backwards_{false};
+  bool is_short_lived_ = false;
 };
 
 }  // namespace dacrt

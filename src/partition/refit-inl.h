@@ -47,7 +47,7 @@ class ChangedTriangles {
   bool AreIn(const KeptPartition& kept, const Subset& subset) const {
     if (CannotBeIn(subset)) return false;
     if (subset.geometry_bits == 0 || rows_ > kMostRows) return true;
-    for (const uint32_t entry : kept.triangles().subspan(subset.begin, subset.count)) {
+    for (const uint32_t entry : kept.OrderOf(subset)) {
       const uint32_t number = KeptOrder::NumberOf(entry);
       for (size_t row = 0; row < rows_; ++row) {
         if (number - first_[row] < count_[row]) return true;
@@ -154,7 +154,7 @@ inline Box EstimateBounds(const KeptPartition& kept, const GeometryTable& now, c
                           const ChangedTriangles& changed) {
   if (changed.CannotBeIn(subset)) return subset.bounds();
   constexpr size_t kLooks = 16;
-  const auto order = kept.triangles().subspan(subset.begin, subset.count);
+  const auto order = kept.OrderOf(subset);
   const size_t looks = HWY_MIN(kLooks, order.size());
   CornerBounds bounds;
   for (size_t i = 0; i < looks; ++i) {
@@ -196,7 +196,7 @@ inline bool CanRefit(const KeptPartition& kept, const GeometryTable& now, const 
 /// The bounds of a subset that has no nodes.
 inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
   const GeometryTable& geometries = kept.geometries();
-  ReadAhead names(geometries, kept.triangles().subspan(subset.begin, subset.count));
+  ReadAhead names(geometries, kept.OrderOf(subset));
   CornerBounds bounds;
   uint64_t geometry_bits = 0;
   for (uint32_t i = 0; i < subset.count; ++i) {

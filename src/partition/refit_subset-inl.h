@@ -33,7 +33,7 @@ class SubsetRefit {
   SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes)
       : kept_(kept),
         geometries_(kept.geometries()),
-        order_(kept.triangles().subspan(subset.begin, subset.count)),
+        order_(kept.OrderOf(subset)),
         triangles_(geometries_),
         first_(subset.begin) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);

@@ -22,16 +22,20 @@
 namespace dacrt::rent_or_buy {
 
 /// Nanoseconds: what it costs to buy, a triangle, and the rent of a ray that comes. Measured on Zen
-/// 5 with AVX-512: nodes 18 to 21, copies some 10; of rays that rent wherever they come, those of
+/// 5 with AVX-512: nodes 35 to 40, copies some 10; of rays that rent wherever they come, those of
 /// the dragon and the kitchen, in calls of 65,536, pay 230 and 110 a subset, those of Sponza and a
-/// hall, which come together, 30, and single rays 70. The rent is taken to be high, since most
-/// scenes to which some rays come are traced again: with 150, one shot on a new scene was 1.94
-/// times as fast as the best of Embree, and a second call of 65,536 rays with coherent rays over
-/// the kitchen 0.61.
-inline constexpr uint32_t kPrice = 30, kRent = 400;
+/// hall, which come together, 30, single rays 70, and the few that come to places where no others
+/// do, several hundred. The rent is taken to be high, since most scenes to which some rays come are
+/// traced again.
+inline constexpr uint32_t kPrice = 50, kRent = 400;
+
+/// Subsets of up to so many triangles are not rented: what they cost is next to nothing.
+inline constexpr uint32_t kFewTriangles = 512;
 
 /// Rays that a subset of `triangles` is rented for.
-constexpr uint32_t RaysFor(uint32_t triangles) { return 1 + triangles * kPrice / kRent; }
+constexpr uint32_t RaysFor(uint32_t triangles) {
+  return triangles <= kFewTriangles ? 0 : 1 + triangles * kPrice / kRent;
+}
 
 /// Counts rays that come to a rented subset. True for whom it falls to to buy.
 inline bool IsDue(Subset& subset, std::size_t rays) {

@@ -112,7 +112,7 @@ inline void SortIntoCells(const GeometryTable& geometries, std::span<const uint3
 /// together. Throws std::bad_alloc; the triangles stand as before then.
 inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& scratch,
                             TaskPool* tasks) {
-  const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
+  const auto triangles = kept.OrderOf(subset);
   const bool is_all = subset.count == kept.triangle_count();
   std::optional<Grid> sorted = is_all ? kept.TakeSorted() : std::nullopt;
   const bool is_sorted = sorted.has_value();
@@ -147,18 +147,15 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
 
   uint32_t next = 0;
   for (size_t i = 0; i < leaves.count; ++i) {
-    Subset& child = kept.subset(static_cast<uint32_t>(first_subset + i));
-    child.begin = subset.begin + next;
+    const uint32_t begin = next;
     // Children were listed in the order of their cells within a node only; so each takes its
     // triangles from where the last one ended.
     for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
       PlaceCell(grid, grid.cells[cell].primitive, next);
     }
-    child.count = subset.begin + next - child.begin;
-    child.made_surface = grid.subsets[i].surface;
-    child.geometry_bits = 0;
-    child.root = Subset::kUnsplit;
-    DACRT_ASSERT(child.count > 0);
+    DACRT_ASSERT(next > begin);
+    kept.subset(static_cast<uint32_t>(first_subset + i))
+        .SetUnsplit(subset.begin + begin, next - begin, grid.subsets[i].surface);
   }
   DACRT_ASSERT(next == subset.count);
   MoveAll(triangles, grid, for_each_part);
@@ -171,7 +168,7 @@ inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, size_t rays,
                             SubsetScratch* scratch, TaskPool* tasks) {
   if (subset.count <= SubsetScratch::kTriangles) {
     if (!scratch) throw std::bad_alloc();
-    return SplitSmallSubset(kept, subset, rays, *scratch);
+    return SplitSmallSubset(kept, subset, rays, subset.begin, *scratch);
   }
   try {
     if (scratch) return SplitByGrid(kept, subset, *scratch, tasks);
@@ -196,7 +193,7 @@ inline bool SplitNeighbour(KeptPartition& kept, const Subset& subset, SubsetScra
       continue;
     }
     const OrdinaryArithmetic ordinary;
-    Publish(kept, other, SplitSmallSubset(kept, other, 0, scratch));
+    Publish(kept, other, SplitSmallSubset(kept, other, 0, other.begin, scratch));
     return true;
   }
   return false;

@@ -60,7 +60,7 @@ inline size_t HalveNumbers(const GeometryTable& geometries, std::span<uint32_t> 
 inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
   const GeometryTable& geometries = kept.geometries();
   std::span<uint32_t> children[WideNode::kWidth];
-  children[0] = kept.triangles().subspan(subset.begin, subset.count);
+  children[0] = kept.OrderOf(subset);
   for (size_t count = 1; count < WideNode::kWidth; ++count) {
     auto& largest = *std::max_element(children, children + count, [](const auto& a, const auto& b) {
       return a.size() < b.size();
@@ -85,11 +85,8 @@ inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
   subset.node_count = 1;
   for (uint32_t i = 0; i < WideNode::kWidth; ++i) {
     Subset& child = kept.subset(first_subset + i);
-    child.begin = static_cast<uint32_t>(children[i].data() - kept.triangles().data());
-    child.count = static_cast<uint32_t>(children[i].size());
-    child.made_surface = bounds[i].HalfArea();
-    child.geometry_bits = 0;
-    child.root = Subset::kUnsplit;
+    child.SetUnsplit(static_cast<uint32_t>(children[i].data() - kept.triangles().data()),
+                     static_cast<uint32_t>(children[i].size()), bounds[i].HalfArea());
   }
   return root;
 }

@@ -11,11 +11,11 @@
 #include "partition/build_nodes-inl.h"
 #include "partition/keep_nodes-inl.h"
 #include "partition/kept_partition.h"
-#include "partition/nodes_over_leaves-inl.h"
 #include "partition/pack_along_curve-inl.h"
 #include "partition/read_ahead-inl.h"
 #include "partition/rent_or_buy.h"
 #include "partition/sort_along_curve-inl.h"
+#include "partition/split_along_curve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -55,93 +55,90 @@ struct TriangleLeaves {
   bool* is_last;   ///< of its leaf, for each triangle
 };
 
-/// How nodes are made over leaves that stand along a curve: in so little time that it pays for few
-/// rays, or so that rays are traced a tenth faster.
-enum class NodeRule { kRent, kBuy };
+/// Triangles up to which ranges are split on three axes. Sponza, ms for the first 1,024 rays, ns a
+/// diffuse and a shadow ray of 65,536: with 32 24.3, 215 and -; 64 25.9, 196, 58.8; 128 27.6,
+/// 196, 54.6. With 2,048 what is bought costs twice as much, and rays take 2 % less.
+constexpr size_t kBySurface = 128;
 
-/// Nodes over the first `leaf_count` of scratch.packed, in scratch.nodes; scratch.refs is scrap
-/// afterwards. Returns how many they are, 0 if they have no room.
-template <class Leaves>
-inline size_t MakeNodesOver(size_t leaf_count, const Box& bounds, NodeRule rule, Leaves& leaves,
-                            SubsetScratch& scratch) {
-  if (rule == NodeRule::kRent) return PackNodes(bounds, leaf_count, leaves, scratch);
-  for (size_t i = 0; i < leaf_count; ++i) {
-    const PackedRange& leaf = scratch.packed[i];
-    ReferLeaf(leaf, leaves.Child(leaf.begin, leaf.end), scratch.refs[i]);
-  }
-  return BuildNodesOver(MeasureTriangles(scratch.refs, 0, leaf_count), scratch);
-}
+/// How triangles are split: in so little time that it pays for few rays, or so that rays are traced
+/// a tenth faster.
+enum class SplitRule { kRent, kBuy };
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
 /// nodes, 0 if they have no room, and the bounds of the triangles if they are asked for.
 inline size_t SplitTriangles(const GeometryTable& geometries, size_t leaf_lanes, uint32_t first,
-                             std::span<uint32_t> order, NodeRule rule, SubsetScratch& scratch,
+                             std::span<uint32_t> order, SplitRule rule, SubsetScratch& scratch,
                              Box* bounds = nullptr) {
   DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
   // Where leaves are large nodes have no room for what curves cost.
-  const bool packs = leaf_lanes == kLeafLanes;
+  const bool one_lane_each = geometries.all_fill_one_lane();
+  const bool packs = rule == SplitRule::kRent && leaf_lanes == kLeafLanes;
+  const bool has_curve = leaf_lanes == kLeafLanes && (packs || one_lane_each);
   const TriangleRange range =
-      ReferTriangles(geometries, order, packs ? scratch.spare : scratch.refs);
+      ReferTriangles(geometries, order, has_curve ? scratch.spare : scratch.refs);
   if (bounds) *bounds = range.bounds;
+  if (has_curve) SortAlongCurve(range, scratch);
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
-  const auto name_triangles = [&] {
-    for (size_t i = 0; i < order.size(); ++i) {
-      order[i] = geometries.Number(scratch.refs[i].geometry, scratch.refs[i].primitive);
-    }
-  };
   const auto split = [&](const auto& kind) {
-    if (packs) {
-      SortAlongCurve(range, scratch);
-      const size_t leaf_count = PackLeaves(kind, range, scratch);
-      name_triangles();
-      return MakeNodesOver(leaf_count, range.bounds, rule, leaves, scratch);
-    }
     size_t weight = 0;
     for (size_t i = 0; i < order.size(); ++i) weight += kind.Weight(scratch.refs[i]);
-    const size_t count = NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
-                                     std::span(scratch.nodes), scratch)
-                             .Build({range, weight});
-    name_triangles();
-    return count;
+    return NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
+                       std::span(scratch.nodes), scratch)
+        .Build({range, weight});
   };
-  const size_t count =
-      geometries.all_fill_one_lane() ? split(Triangles()) : split(Items{geometries});
+  const Items items{geometries};
+  size_t count;
+  if (packs) {
+    count = one_lane_each ? PackAlongCurve(Triangles(), range, leaves, scratch)
+                          : PackAlongCurve(items, range, leaves, scratch);
+  } else if (has_curve) {
+    count = split(AlongCurve{{}, scratch.codes[0], kBySurface});
+  } else {
+    count = one_lane_each ? split(Triangles()) : split(items);
+  }
   for (size_t i = 0; i < order.size(); ++i) {
+    order[i] = geometries.Number(scratch.refs[i].geometry, scratch.refs[i].primitive);
     if (scratch.is_last[i]) order[i] |= KeptOrder::kLastOfLeaf;
   }
   return count;
 }
 
-/// Returns the number of the root, or Subset::kNoRoom, after which everything is as it was. The
-/// nodes may take the place of `old`. They are rented unless `rays` rays are enough to buy.
-inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t rays,
+/// Splits a small subset, whose order stands at `begin` of the kept order then. Returns the number
+/// of the root, or Subset::kNoRoom, after which everything is as it was. The nodes may take the
+/// place of `old`. They are rented unless `rays` rays are enough to buy.
+inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t rays, uint32_t begin,
                                  SubsetScratch& scratch, const NodeRun& old = {}) {
   // In private memory until there is room: others may still read the order.
   uint32_t* const order = scratch.order;
-  const auto triangles = kept.triangles().subspan(subset.begin, subset.count);
+  const auto triangles = kept.OrderOf(subset);
   std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
-  const NodeRule rule =
-      rays < rent_or_buy::RaysFor(subset.count) ? NodeRule::kRent : NodeRule::kBuy;
-  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), subset.begin,
+  const bool is_enough = rays >= rent_or_buy::RaysFor(subset.count);
+  const SplitRule rule = kept.is_short_lived() || !is_enough ? SplitRule::kRent : SplitRule::kBuy;
+  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), begin,
                                       {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
   // There is nothing better than one node, or than what was split by surface.
-  const bool is_rented = rule == NodeRule::kRent && count > 1 && kept.leaf_lanes() == kLeafLanes;
+  const bool is_rented = rule == SplitRule::kRent && count > 1 && !kept.is_short_lived() &&
+                         kept.leaf_lanes() == kLeafLanes;
   if (is_rented) {
     for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesDone();
   }
   uint32_t no_subset;
   const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
   if (root == Subset::kNoRoom) return root;
-  std::copy_n(order, subset.count, triangles.begin());
+  subset.begin = begin;
+  std::copy_n(order, subset.count, kept.OrderOf(subset).begin());
   subset.node_count = static_cast<uint32_t>(count);
   subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
+  if (!is_rented) {
+    kept.HasItsNodes(subset);
+    return root;
+  }
   subset.rays = 0;
-  if (!is_rented) kept.HasItsNodes(subset, count);
-  return is_rented ? root | Subset::kRented : root;
+  return root | Subset::kRented;
 }
 
 /// Room that the copies of a subset's leaves take.
@@ -162,7 +159,7 @@ inline uint32_t SplitAnew(KeptPartition& kept, Subset& subset, uint32_t root, si
                           SubsetScratch& scratch) {
   const NodeRun old{root, subset.node_count};
   const size_t leaf_room = LeafRoomOf(kept, {&kept.node(root), old.count});
-  const uint32_t anew = SplitSmallSubset(kept, subset, rays, scratch, old);
+  const uint32_t anew = SplitSmallSubset(kept, subset, rays, subset.begin, scratch, old);
   if (anew == Subset::kNoRoom) return root;
   if (Subset::NodeOf(anew) == root) {
     kept.Lose((old.count - subset.node_count) * sizeof(WideNode));

@@ -57,7 +57,7 @@ class PointWalk {
     KeptPartition& kept = *scene_.kept;
     Subset& subset = kept.subset(number);
     const auto visit_all = [&] {
-      for (size_t i = 0; i < subset.count; ++i) VisitEntry(kept.triangles()[subset.begin + i]);
+      for (const uint32_t entry : kept.OrderOf(subset)) VisitEntry(entry);
     };
     std::optional<uint32_t> root;
     {

@@ -44,13 +44,13 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
   if (task.scene.has_instances || rays < policy::kRaysToSplitFor) return test_all();
   const SplitMemory::Use scratch(task.split_memory);
   if (!scratch.get()) return test_all();
-  const auto all = task.scene.kept->triangles().subspan(subset.begin, subset.count);
+  const auto all = task.scene.kept->OrderOf(subset);
   for (size_t begin = 0; begin < all.size(); begin += SubsetScratch::kTriangles) {
     const auto some = all.subspan(begin, std::min(all.size() - begin, SubsetScratch::kTriangles));
     const std::span<uint32_t> order(scratch.get()->order, some.size());
     std::copy(some.begin(), some.end(), order.begin());
     const size_t nodes = SplitTriangles(task.scene.geometries, kLeafLanes, 0, order,
-                                        NodeRule::kRent, *scratch.get());
+                                        SplitRule::kRent, *scratch.get());
     if (nodes == 0) {
       TestAll<kQuery>(task, subset.begin + begin, some.size(), list, rays, memory);
       continue;
@@ -77,8 +77,8 @@ void TraceUnkept(const TraceTask& task, const Trace& trace) {
         scratch.order[count++] = static_cast<uint32_t>(number);
     }
     if (count == 0) return;
-    const size_t nodes =
-        SplitTriangles(geometries, kLeafLanes, 0, {scratch.order, count}, NodeRule::kRent, scratch);
+    const size_t nodes = SplitTriangles(geometries, kLeafLanes, 0, {scratch.order, count},
+                                        SplitRule::kRent, scratch);
     for (size_t i = 0; i < nodes; ++i) scratch.nodes[i].SetLeavesDone();
     trace(task.Within({scratch.nodes, scratch.order, nullptr}), ChildWord::Inner(0));
   }

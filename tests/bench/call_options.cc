@@ -37,7 +37,11 @@ std::optional<CallOptions> ParseCallOptions(int argc, char** argv) {
   options.setup.drop_in = DACRT_DROP_IN;
   options.kinds = {"primary", "shadow", "ambient", "diffuse"};
   options.sizes = {"1", "4", "8", "16", "64", "1K", "4K", "64K", "1M"};
-  options.effort = {.repeat = 3, .rounds_seconds = 0.3, .slices_seconds = 0.1, .sliced_side = 256};
+  options.effort = {.repeat = 3,
+                    .rounds_seconds = 0.3,
+                    .warm_seconds = 0.5,
+                    .slices_seconds = 0.1,
+                    .sliced_side = 256};
   std::vector<float> eye, look_at;
   float fov = 60;
   bool is_robust = false, is_compact = false;

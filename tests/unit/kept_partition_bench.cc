@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 /// As many triangles as are split in one go.
-void Split(benchmark::State& state, NodeRule rule) {
+void Split(benchmark::State& state, SplitRule rule) {
   constexpr size_t kCount = SubsetScratch::kTriangles;
   unit::Random random(1);
   const unit::Mesh mesh = unit::MakeSoup(random, kCount, 1, 0.1f);
@@ -32,8 +32,8 @@ void Split(benchmark::State& state, NodeRule rule) {
   }
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations() * kCount));
 }
-void SplitToRent(benchmark::State& state) { Split(state, NodeRule::kRent); }
-void SplitToBuy(benchmark::State& state) { Split(state, NodeRule::kBuy); }
+void SplitToRent(benchmark::State& state) { Split(state, SplitRule::kRent); }
+void SplitToBuy(benchmark::State& state) { Split(state, SplitRule::kBuy); }
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

@@ -37,7 +37,7 @@ Counts ExpectWholePartition(std::vector<Mesh> meshes, const std::string& what) {
   }
   const auto [few, many, more] = counts;
   EXPECT_LE(few.nodes, 2 * many.nodes + 2);
-  EXPECT_EQ(few.leaves, many.leaves);
+  EXPECT_LE(few.leaves, 2 * many.leaves);
   EXPECT_EQ(more.nodes, many.nodes);
   EXPECT_EQ(more.leaves, many.leaves);
   return many;
@@ -232,7 +232,7 @@ void LeavesLeaveRoomForNodes() {
     uint32_t place;
     size_t leaves = 0;
     while (kept.partition.AllocateLeaf(100, place)) ++leaves;
-    EXPECT_GT(100 * leaves, 15 * kTriangles);
+    EXPECT_GT(100 * leaves, 14 * kTriangles);
     Walker walker(kept);
     walker.Walk(true);
     EXPECT_EQ(walker.rented > 0, rays == Rays::kFew);

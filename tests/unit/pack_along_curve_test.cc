@@ -166,9 +166,8 @@ void NodesHoldEachLeafOnce() {
       const auto row = is_point ? std::vector<TriangleRef>(count) : MakeRow(random, count);
       std::copy(row.begin(), row.end(), scratch->refs);
       FoundLeaves leaves;
-      const TriangleRange range = MeasureTriangles(scratch->refs, 0, count);
-      const size_t leaf_count = PackLeaves(Triangles(), range, *scratch);
-      const size_t nodes = PackNodes(range.bounds, leaf_count, leaves, *scratch);
+      const size_t nodes =
+          PackAlongCurve(Triangles(), MeasureTriangles(scratch->refs, 0, count), leaves, *scratch);
       std::vector<bool> seen(nodes);
       uint32_t next = 0;
       Walk(scratch->nodes, nodes, 0, leaves, seen, next);

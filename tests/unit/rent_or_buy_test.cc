@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,7 +39,7 @@ bool Come(Kept& kept, uint32_t number, uint32_t rays) {
 // together, the subset costs at most twice what it would have, had one known.
 void CostsAtMostTwiceTheBest() {
   Random random(61);
-  for (const uint32_t triangles : {64u, 500u, 2048u}) {
+  for (const uint32_t triangles : {600u, 900u, 2048u}) {
     const unit::Mesh mesh = unit::MakeSoup(random, triangles, 1, 0.1f);
     const uint64_t price = uint64_t{triangles} * rent_or_buy::kPrice;
     for (const uint32_t together : {1u, 7u, 64u, 100'000u}) {
@@ -80,6 +81,22 @@ void ManyRaysBuyAtOnce() {
   EXPECT_GT(few.partition.BytesUsed(), many.partition.BytesUsed());
 }
 
+// What will not live for long has the nodes that others rent, with copies of their leaves.
+void ShortLivedOnesNeitherRentNorBuy() {
+  Random random(68);
+  const unit::Mesh mesh = unit::MakeSoup(random, 2000, 1, 0.1f);
+  Kept few({mesh}, kPlenty);
+  few.Root(0);
+  for (const Rays rays : kAllRays) {
+    Kept kept({mesh}, kPlenty);
+    kept.partition.SetShortLived();
+    kept.rays = rays;
+    EXPECT_TRUE(Subset::IsNode(kept.Root(0)));
+    EXPECT_EQ(kept.partition.BytesUsed(), few.partition.BytesUsed());
+    Walker(kept).Walk(true);
+  }
+}
+
 // Of threads whose rays come at once one buys.
 void OneThreadBuys() {
   Random random(63);
@@ -96,6 +113,7 @@ void OneThreadBuys() {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(bought, 1);
+  EXPECT_FALSE(rent_or_buy::IsDue(kept.partition.subset(0), UINT32_MAX)) << "for who came late";
   Walker(kept).Walk(true);
 }
 
@@ -115,13 +133,16 @@ void WhatWasRentedIsUsedAgain() {
   Walker(kept).Walk(true);
 }
 
-// Rented nodes stay while a ray is in them.
+// Rented nodes stay while a ray is in them, and what their leaves say as long as it may have hits
+// there.
 void WhoIsInsideMayStay() {
   Random random(67);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   const ChildWord rented = ChildWord::Inner(Subset::NodeOf(kept.Root(0)));
   Subset& subset = kept.partition.subset(0);
   const auto is_given_back = [&] { return subset.rented == 0; };
+  const std::span<const uint32_t> place = kept.partition.OrderOf(subset);
+  const std::vector<uint32_t> order(place.begin(), place.end());
   {
     const rent_or_buy::Stay first(kept.partition, subset);
     ASSERT_EQ(first.root()->bits(), rented.bits());
@@ -137,6 +158,8 @@ void WhoIsInsideMayStay() {
     ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
     EXPECT_GT(node, rented.number() + subset.node_count) << "behind both";
   }
+  EXPECT_TRUE(std::equal(place.begin(), place.end(), order.begin(), order.end()));
+  EXPECT_NE(kept.partition.OrderOf(subset).data(), place.data());
   EXPECT_TRUE(is_given_back());
   uint32_t node, no_subset;
   ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
@@ -157,6 +180,25 @@ void WithoutRoomTheRentedOnesStay() {
   EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
   EXPECT_EQ(kept.partition.subset(0).root, Subset::NodeOf(rented));
   EXPECT_EQ(kept.partition.BytesUsed(), bytes);
+  EXPECT_FALSE(kept.partition.Allocate(1, 0, first_node, first_subset)) << "nothing is given back";
+  Walker(kept).Walk(true);
+}
+
+// The same where there is room for another order, but not for nodes beside it.
+void AnOrderWithoutNodesIsGivenBack() {
+  Random random(69);
+  Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
+  const uint32_t rented = kept.Root(0);
+  NodeRun order;
+  uint32_t place, first_node, first_subset;
+  ASSERT_TRUE(kept.partition.AllocateOrder(2000, order, place));
+  while (kept.partition.Allocate(1, 0, first_node, first_subset)) continue;
+  kept.partition.Free(order);
+  EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
+  EXPECT_EQ(kept.partition.subset(0).root, Subset::NodeOf(rented));
+  ASSERT_TRUE(kept.partition.Allocate(order.count, 0, first_node, first_subset));
+  EXPECT_EQ(first_node, order.first);
+  EXPECT_FALSE(kept.partition.Allocate(1, 0, first_node, first_subset));
   Walker(kept).Walk(true);
 }
 
@@ -178,10 +220,12 @@ namespace dacrt {
 HWY_BEFORE_TEST(RentOrBuyTest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, CostsAtMostTwiceTheBest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ShortLivedOnesNeitherRentNorBuy);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, OneThreadBuys);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WithoutRoomTheRentedOnesStay);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, AnOrderWithoutNodesIsGivenBack);
 
 namespace unit {
 namespace {

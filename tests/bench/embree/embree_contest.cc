@@ -77,6 +77,11 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
   const EmbreeAtBest::Best best = embree_.Find(query, size, batch, run, rays);
   hits.Check(rays);
 
+  // What rays pay for is bought by then but where next to none come.
+  on_step("until it is steady");
+  const Stopwatch warming;
+  while (warming.Seconds() < effort_.warm_seconds) Deliver(still_dacrt, query, to_still, rays);
+
   const CommittedScene& still_embree = embree_.StillScene(best.steady);
   const bool anew = setup_.anew && MeasuresOneShot(cell);
   CellResult result{.cell = cell,

@@ -15,6 +15,7 @@ namespace dacrt::bench {
 struct Effort {
   int repeat = 3;  ///< rounds, of which the median counts; more while they are short
   double rounds_seconds = 0.5;
+  double warm_seconds = 1;          ///< of calls to a still scene before those that are measured
   double slices_seconds = 0.25;     ///< of slices, as many as the drop-in takes so long for
   std::uint32_t sliced_side = 512;  ///< of the picture that is sliced
 };

@@ -120,10 +120,11 @@ Section Cells(const EmbreeResults& results) {
     row.push_back(result.embree_steady);
     table.Add(std::move(row));
   }
-  return {"Cells",
-          "One shot: commit of a scene not seen before and the first call, in milliseconds. "
-          "Steady: later calls on a still scene, in million rays a second.",
-          std::move(table)};
+  return {
+      "Cells",
+      "One shot: commit of a scene not seen before and the first call, in milliseconds. "
+      "Steady: calls on a still scene that has been called for a while, in million rays a second.",
+      std::move(table)};
 }
 
 Section Memory(const EmbreeResults& results) {
