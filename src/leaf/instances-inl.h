@@ -7,6 +7,8 @@
 #define DACRT_LEAF_INSTANCES_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 
 #include "leaf/entering-inl.h"
@@ -44,6 +46,18 @@ inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry,
           outer.any_hit_order};
 }
 
+/// Fetches what rays begin with in the scenes of a block's instances: one after the other it would
+/// be several misses for each.
+inline void FetchScenes(const TraceTask& task, const LeafBlock& block) {
+  const Shapes& shapes = task.scene.geometries.shapes();
+  for (size_t lane = 0; lane < block.lanes; ++lane) {
+    const SceneParts& scene = *shapes.InstancedScene(GeometryOfLane(task, block, lane));
+    if (HWY_UNLIKELY(!scene.kept)) continue;
+    hwy::Prefetch(&scene.kept->subset(0).root);
+    hwy::Prefetch(scene.kept->view().nodes);  // most begin with the first one
+  }
+}
+
 /// Rays in the space of an instance.
 template <Query kQuery>
 class InstanceRays {
@@ -63,8 +77,7 @@ class InstanceRays {
     }
     RayRecord& ray = inner_.rays[count_];
     transform_.Apply(outer, ray);
-    if (HasFullHit(ray)) inner_.hits[count_] = task_.hits[number];
-    if (ray.state & RayRecord::kInLeaf) ray.state |= RayRecord::kOfOuter;
+    if (ray.state & RayRecord::kHasHit) ray.state |= RayRecord::kOfOuter;
     outer_[count_] = number;
     inner_.callers[count_] = task_.CallerOf(number);
     if (++count_ == inner_.count) Trace();
@@ -83,10 +96,11 @@ class InstanceRays {
       const RayRecord& ray = inner_.rays[i];
       RayRecord& outer = task_.rays[outer_[i]];
       outer.tfar = std::min(outer.tfar, ray.tfar);
-      if (kQuery == Query::kAny || !(ray.state & RayRecord::kHasHit)) continue;
+      constexpr uint32_t kWhose = RayRecord::kHasHit | RayRecord::kOfOuter;
+      if (kQuery == Query::kAny || (ray.state & kWhose) != RayRecord::kHasHit) continue;
       if (!(ray.state & RayRecord::kInLeaf)) {
         Take(i, ray.hit, inner_.hits[i]);
-      } else if (!(ray.state & RayRecord::kOfOuter)) {
+      } else {
         finished.Add(static_cast<RayNumber>(i));
         if (finished.count() == FinishedHits::kMost) finish();
       }
@@ -96,12 +110,6 @@ class InstanceRays {
   }
 
  private:
-  /// One that is known by leaf and lane is not of this instance.
-  static bool HasFullHit(const RayRecord& ray) {
-    return kQuery == Query::kClosest &&
-           (ray.state & (RayRecord::kHasHit | RayRecord::kInLeaf)) == RayRecord::kHasHit;
-  }
-
   /// Gives an outer ray the hit that it has in the instance.
   void Take(size_t i, uint32_t geometry, const FullHit& hit) const {
     RayRecord& outer = task_.rays[outer_[i]];

@@ -41,6 +41,7 @@ template <Query kQuery>
 void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumber* list,
                    size_t count, ListMemory memory) {
   if (task.instance_memory.count == 0) return;  // There is one level of instances.
+  FetchScenes(task, block);
   for (size_t lane = 0; lane < block.lanes; ++lane) {
     const GeometryTable::Name item = NameOfLane(task, block, lane);
     InstanceRays<kQuery> entering(task, item.geometry, memory);

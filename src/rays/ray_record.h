@@ -33,7 +33,8 @@ struct alignas(64) RayRecord {
   /// With kInLeaf: it need not be computed, the lanes of the group have it (see
   /// trace/group_lanes-inl.h).
   static constexpr uint32_t kInLanes = 8;
-  /// With kInLeaf, of a ray in an instance: the leaf is of the scene that has the instance.
+  /// Of a ray in an instance: it had the hit before, in the scene that has the instance, where the
+  /// leaf is or the full hit stands.
   static constexpr uint32_t kOfOuter = 16;
   static constexpr uint32_t kLaneShift = 8;
 

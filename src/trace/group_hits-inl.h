@@ -62,7 +62,9 @@ struct GroupHits {
       if (!(state & RayRecord::kHasHit)) return;
       lanes |= LaneMask{1} << lane;
       if (HWY_UNLIKELY(!(state & RayRecord::kInLanes))) {
-        if (!(state & RayRecord::kInLeaf)) return Set(lane, task.hits[lane]);
+        if (!(state & RayRecord::kInLeaf)) {
+          return Set(lane, task.FullHitOf(static_cast<RayNumber>(lane), state));
+        }
         finished.Add(static_cast<RayNumber>(lane));
         if (finished.count() == FinishedHits::kMost) finish();
         return;

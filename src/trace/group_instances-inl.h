@@ -17,10 +17,12 @@ namespace HWY_NAMESPACE {
 template <Query kQuery, size_t kMost>
 class GroupTracer;
 
-/// Rays as they are in the space of an instance, with the bits that InstanceTransform gives them.
+/// Rays as they are in the space of an instance, with the bits that InstanceTransform gives them,
+/// and the hits that they have outside.
 template <size_t kMost>
 HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLanes<kMost>& outer,
                                GroupLanes<kMost>& inner) {
+  inner.SetCount(outer.parts() * Lanes());
   for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
     for (size_t axis = 0; axis < 3; ++axis) {
       const auto map = [&](const float(*vector)[kMost], V value) HWY_ATTR {
@@ -36,6 +38,18 @@ HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLane
       hn::Store(dir, kFloat, inner.dir[axis] + first);
       hn::Store(SafeReciprocal(dir), kFloat, inner.reciprocal[axis] + first);
     }
+    const auto copy = [&](auto tag, const auto& from, auto& to)
+                          HWY_ATTR { hn::Store(hn::Load(tag, from + first), tag, to + first); };
+    copy(kFloat, outer.start, inner.start);
+    copy(kFloat, outer.tnear, inner.tnear);
+    copy(kFloat, outer.tfar, inner.tfar);
+    copy(kFloat, outer.time, inner.time);
+    copy(kUint, outer.mask, inner.mask);
+    copy(kUint, outer.hit, inner.hit);
+    const auto state = hn::Load(kUint, outer.state + first);
+    const auto has_hit = hn::TestBit(state, hn::Set(kUint, RayRecord::kHasHit));
+    const auto of_outer = hn::IfThenElseZero(has_hit, hn::Set(kUint, RayRecord::kOfOuter));
+    hn::Store(hn::Or(state, of_outer), kUint, inner.state + first);
   }
 }
 
@@ -56,15 +70,7 @@ class GroupInInstance {
 
   void Trace(GroupLanes<kMost>& outer, GroupLanes<kMost>& inner, LaneMask active,
              ListMemory memory) {
-    ForEachLane(active, [&](size_t lane) {
-      outer_.instance_memory.callers[lane] = outer_.CallerOf(numbers_[lane]);
-      uint32_t& state = inner.state[lane];
-      if (state & RayRecord::kInLeaf) {
-        state |= RayRecord::kOfOuter;
-      } else if (kQuery == Query::kClosest && state & RayRecord::kHasHit) {
-        task_.hits[lane] = outer_.hits[numbers_[lane]];
-      }
-    });
+    // Whose rays they are only callbacks ask.
     GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
     for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
       const V tfar =
@@ -77,13 +83,11 @@ class GroupInInstance {
  private:
   void TakeHits(GroupLanes<kMost>& outer, const GroupLanes<kMost>& inner, LaneMask active) {
     LaneMask in_lanes = 0;
-    ForEachLane(active, [&](size_t lane) {
+    const LaneMask of_outer = inner.LanesInState(active, RayRecord::kOfOuter);
+    ForEachLane(inner.LanesInState(active, RayRecord::kHasHit) & ~of_outer, [&](size_t lane) {
       const uint32_t state = inner.state[lane];
-      if (!(state & RayRecord::kHasHit)) return;
       if (!(state & RayRecord::kInLeaf)) {
         Take(outer, inner, lane, inner.hit[lane], task_.hits[lane]);
-      } else if (state & RayRecord::kOfOuter) {
-        return;
       } else if (state & RayRecord::kInLanes) {
         in_lanes |= LaneMask{1} << lane;
       } else {

@@ -73,12 +73,12 @@ class GroupItems {
 
  private:
   void TraceInInstance(uint32_t geometry, LaneMask entering, ListMemory memory) {
-    GroupLanes<kMost> inner = lanes_;
+    GroupLanes<kMost> inner;
     TransformLanes(task_.scene.geometries.shapes().ToStillInstance(geometry), lanes_, inner);
-    ForEachLane(entering, [&](size_t lane) {
-      // The name of a hit of this scene is asked of its record.
-      if (lanes_.state[lane] & RayRecord::kInLeaf) rays_.RecordOf(lane);
-      if (!rays_.HasRecord(lane)) return;
+    // The name of a hit of this scene is asked of its record.
+    ForEachLane(lanes_.LanesInState(entering, RayRecord::kInLeaf),
+                [&](size_t lane) { rays_.RecordOf(lane); });
+    ForEachLane(entering & rays_.with_record(), [&](size_t lane) {
       const RayRecord& ray = task_.rays[rays_.numbers()[lane]];
       inner.time[lane] = ray.time;
       inner.mask[lane] = ray.mask;

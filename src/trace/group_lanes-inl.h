@@ -221,6 +221,17 @@ struct GroupLanes {
     return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
   }
 
+  /// Those of some lanes whose state has a bit.
+  HWY_INLINE LaneMask LanesInState(LaneMask lanes, uint32_t bit) const {
+    uint64_t having = 0;
+    for (size_t part = 0; part < parts(); ++part) {
+      const auto of_part = hn::Load(kUint, state + part * Lanes());
+      const auto has_bit = hn::TestBit(of_part, hn::Set(kUint, bit));
+      having |= Bits(hn::RebindMask(kFloat, has_bit)) << (part * Lanes());
+    }
+    return lanes & having;
+  }
+
   /// Those of some lanes whose any-hit rays are blocked.
   HWY_INLINE LaneMask Blocked(LaneMask lanes) const {
     uint64_t blocked = 0;

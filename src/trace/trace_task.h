@@ -82,11 +82,19 @@ struct TraceTask {
 
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
 
+  /// The hit of a ray in that state that is not known by leaf and lane.
+  const FullHit& FullHitOf(RayNumber ray, uint32_t state) const {
+    if (!(state & RayRecord::kOfOuter)) return hits[ray];
+    const TraceTask* instance = this;
+    while (!instance->outer_rays) instance = instance->outer;
+    return instance->outer->hits[instance->outer_rays[ray]];
+  }
+
   /// The hit that a ray has.
   FullHit HitOf(RayNumber ray, uint32_t& geometry) const {
     if (!(rays[ray].state & RayRecord::kInLeaf)) {
       geometry = rays[ray].hit;
-      return hits[ray];
+      return FullHitOf(ray, rays[ray].state);
     }
     const bool is_own = keeps_leaf_hits && !(rays[ray].state & RayRecord::kOfOuter);
     if (!outer || is_own) return finish_hit(*this, ray, geometry);
