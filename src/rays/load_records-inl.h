@@ -143,15 +143,19 @@ inline LoadedRays LoadRecords(const RayView& view, size_t first, size_t count, R
     loaded.begin[octant] = begin;
     begin += std::exchange(loaded.end[octant], begin);
   }
+  uint32_t common_mask = UINT32_MAX;
+  size_t active = 0;
   for (size_t i = 0; i < count; ++i) {
     // Where it is inactive the next one takes its place.
     size_t& place = loaded.end[OctantOf(layout, first + i)];
     RayRecord& ray = rays[place];
     if (!LoadRay(layout, first + i, ray)) continue;
     callers[place++] = static_cast<uint32_t>(i);
-    loaded.common_mask &= ray.mask;
-    ++loaded.count;
+    common_mask &= ray.mask;
+    ++active;
   }
+  loaded.common_mask = common_mask;
+  loaded.count = active;
   return loaded;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <hwy/base.h>
+#include <hwy/cache_control.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -45,6 +46,16 @@ class RecordLayout {
   /// Whether their hits stand there too.
   bool has_hit_records() const { return has_hit_records_; }
   bool has_masks() const { return view_.mask != RayView::kAbsent; }
+
+  /// Asks for the memory of a ray that will soon be read or written, if it is such a record: what
+  /// the processor fetches by itself comes late where tracing stands between one ray and the next.
+  HWY_INLINE void Prefetch(std::size_t i) const {
+    if (!has_records_) return;
+    using enum PacketComponent;
+    const float* const record = Record(i);
+    hwy::Prefetch(record);
+    hwy::Prefetch(record + static_cast<std::size_t>(has_hit_records_ ? kInstanceId : kTfar));
+  }
 
   /// A bit for each axis on which the direction is negative.
   uint32_t ReadOctant(std::size_t i) const {

@@ -16,15 +16,16 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Rays ahead of which the leaves are fetched that have been hit.
-constexpr size_t kFetchHits = 8;
+/// Rays ahead of which the leaves are fetched that have been hit, and the caller's records to which
+/// the hits are written.
+constexpr size_t kFetchHits = 8, kFetchCallers = 16;
 
-/// Writes what the loaded rays have found to the caller's records. Returns how many found
-/// something.
-template <Query kQuery>
-size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
+/// Writes what the loaded closest-hit rays have found to the caller's records. Returns how many
+/// found something.
+inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded) {
   const RecordLayout layout(*task.frame.view);
   const auto caller_of = [&](size_t ray) { return task.frame.first + task.callers[ray]; };
+  const auto has_hit = [&](size_t ray) { return task.rays[ray].state & RayRecord::kHasHit; };
   FinishedHits finished(task);
   size_t stored = 0;
   const auto finish = [&]() HWY_ATTR {
@@ -32,25 +33,44 @@ size_t StoreRecords(const TraceTask& task, const LoadedRays& loaded) {
                         HWY_ATTR { layout.WriteHit(caller_of(finished.number(i)), hit); });
   };
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
-    for (size_t i = loaded.begin[octant]; i < loaded.end[octant]; ++i) {
-      const RayRecord& ray = task.rays[i];
-      if constexpr (kQuery == Query::kAny) {
-        if (!(ray.tfar < 0)) continue;
-        layout.WriteBlocked(caller_of(i));
+    const size_t end = loaded.end[octant];
+    for (size_t i = loaded.begin[octant]; i < end; ++i) {
+      const size_t next = i + kFetchCallers;
+      if (next < end && has_hit(next)) layout.Prefetch(caller_of(next));
+      if (!has_hit(i)) continue;
+      if (task.rays[i].state & RayRecord::kInLeaf) {
+        finished.Prefetch(task.rays[i + kFetchHits]);
+        finished.Add(static_cast<RayNumber>(i));
+        if (finished.count() == FinishedHits::kMost) finish();
       } else {
-        if (!(ray.state & RayRecord::kHasHit)) continue;
-        if (ray.state & RayRecord::kInLeaf) {
-          finished.Prefetch(task.rays[i + kFetchHits]);
-          finished.Add(static_cast<RayNumber>(i));
-          if (finished.count() == FinishedHits::kMost) finish();
-        } else {
-          layout.WriteHit(caller_of(i), task.hits[i]);
-        }
+        layout.WriteHit(caller_of(i), task.hits[i]);
       }
       ++stored;
     }
   }
   finish();
+  return stored;
+}
+
+/// Writes which of the loaded any-hit rays are blocked. Returns how many are. Some are collected
+/// before they are written: no processor foresees which they are.
+inline size_t StoreBlocked(const TraceTask& task, const LoadedRays& loaded) {
+  const RecordLayout layout(*task.frame.view);
+  constexpr size_t kSome = 64;
+  size_t stored = 0;
+  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
+    for (size_t begin = loaded.begin[octant]; begin < loaded.end[octant]; begin += kSome) {
+      const size_t end = HWY_MIN(begin + kSome, loaded.end[octant]);
+      size_t blocked[kSome], count = 0;
+      for (size_t i = begin; i < end; ++i) {
+        blocked[count] = task.frame.first + task.callers[i];
+        count += task.rays[i].tfar < 0;
+      }
+      for (size_t i = 0; i < count; ++i) layout.Prefetch(blocked[i]);
+      for (size_t i = 0; i < count; ++i) layout.WriteBlocked(blocked[i]);
+      stored += count;
+    }
+  }
   return stored;
 }
 
@@ -104,7 +124,8 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   } else {
     TraceLoaded<kQuery>(task, loaded, lists);
   }
-  const size_t stored = StoreRecords<kQuery>(task, loaded);
+  const size_t stored =
+      kQuery == Query::kAny ? StoreBlocked(task, loaded) : StoreHits(task, loaded);
   if (task.statistics) task.statistics->hits += stored;
 }
 
@@ -186,6 +207,9 @@ size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemor
     const size_t rays = HWY_MIN(count - begin, size.rays());
     const auto trace = rays <= kPacketRays ? TraceNeighbours<kQuery, kPacketRays>
                                            : TraceNeighbours<kQuery, kMostGroupRays>;
+    for (size_t i = begin + rays; i < HWY_MIN(count, begin + 2 * rays); ++i) {
+      layout.Prefetch(task.frame.first + i);
+    }
     size.Learn(trace(task, layout, begin, rays, callers, lists, learnt));
     begin += rays;
     if (size.AreApart() && !task.scene.is_small && count - begin >= policy::kRestForLists) break;
