@@ -48,7 +48,13 @@ class CornerSource {
   HWY_INLINE bool Load(uint32_t primitive, Corner* corners) const {
     if (HWY_UNLIKELY(followed_vertices_ == 0)) return false;
     uint32_t index[3];
-    memcpy(index, IndicesOf(primitive), sizeof(index));
+    ReadIndices(primitive, index);
+    return Load(index, corners);
+  }
+  /// The same where its indices are known; they are not read if the geometry is not of still
+  /// triangles.
+  HWY_INLINE bool Load(const uint32_t* index, Corner* corners) const {
+    if (HWY_UNLIKELY(followed_vertices_ == 0)) return false;
     if (HWY_UNLIKELY(HWY_MAX(HWY_MAX(index[0], index[1]), index[2]) >= followed_vertices_)) {
       return false;
     }
@@ -66,8 +72,15 @@ class CornerSource {
   HWY_INLINE void FetchVertices(uint32_t primitive) const {
     if (HWY_UNLIKELY(followed_vertices_ == 0)) return;
     uint32_t index[3];
-    memcpy(index, IndicesOf(primitive), sizeof(index));
-    for (const uint32_t i : index) hwy::Prefetch(VertexOf(i));
+    ReadIndices(primitive, index);
+    FetchVertices(index);
+  }
+  HWY_INLINE void FetchVertices(const uint32_t* index) const {
+    for (int i = 0; i < 3; ++i) hwy::Prefetch(VertexOf(index[i]));
+  }
+  /// Of still triangles.
+  HWY_INLINE void ReadIndices(uint32_t primitive, uint32_t* index) const {
+    memcpy(index, IndicesOf(primitive), 3 * sizeof(uint32_t));
   }
 
  private:

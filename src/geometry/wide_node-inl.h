@@ -54,6 +54,13 @@ inline uint16_t UpperHalfNotBelow(float value) {
   return static_cast<uint16_t>((bits + 0xFFFFu) >> 16);
 }
 
+/// The largest number below a finite one that is not the least.
+inline float NextBelow(float value) {
+  const auto bits = std::bit_cast<int32_t>(value);
+  if (value == 0) return -std::numeric_limits<float>::denorm_min();
+  return std::bit_cast<float>(bits > 0 ? bits - 1 : bits + 1);
+}
+
 /// By how much the planes of a node stand off the volumes of its children, relative to the node.
 constexpr float kPlaneMargin = 0x1p-21f;
 
@@ -177,7 +184,7 @@ inline void ChildBoxes::EncodeAxis(int axis, size_t count, WideNode& node) {
   }
   // Planes stand off by more than what origin - org is rounded by.
   const float margin = (end - origin) * kPlaneMargin;
-  origin = std::min(origin - margin, std::nextafter(origin, -std::numeric_limits<float>::max()));
+  origin = std::min(origin - margin, NextBelow(origin));
   const float extent = end - origin + margin;
   uint16_t scale = UpperHalfNotBelow(extent / 255.0f);
   // Of two numbers of eight bits the product is exact.

@@ -45,18 +45,26 @@ inline uint32_t KeepNodes(KeptPartition& kept, std::span<const WideNode> nodes, 
 /// The surface of all volumes of some nodes, relative to that of the box around them all: what a
 /// ray that meets the box costs in tests.
 inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
-  float surface = 0;
+  const hn::RebindToSigned<EightTag> di;
+  const hn::Rebind<uint8_t, EightTag> d8;
+  EightPart surfaces = hn::Zero(kEightTag);
   for (const WideNode& node : nodes) {
-    float step[3];
-    for (int axis = 0; axis < 3; ++axis) step[axis] = FromUpperHalf(node.scale[axis]);
-    for (size_t k = 0; k < node.count; ++k) {
-      float edge[3];
+    for (size_t part = 0; part < kParts; ++part) {
+      const size_t first = part * kPartLanes;
+      EightPart edge[3];
       for (int axis = 0; axis < 3; ++axis) {
-        edge[axis] = step[axis] * static_cast<float>(node.upper[axis][k] - node.lower[axis][k]);
+        // Children that are not there are inside out.
+        const auto steps =
+            hn::Max(hn::Sub(hn::PromoteTo(di, hn::LoadU(d8, node.upper[axis] + first)),
+                            hn::PromoteTo(di, hn::LoadU(d8, node.lower[axis] + first))),
+                    hn::Zero(di));
+        edge[axis] = hn::Mul(hn::ConvertTo(kEightTag, steps), ScaleOf(node, axis));
       }
-      surface += edge[0] * edge[1] + edge[1] * edge[2] + edge[2] * edge[0];
+      surfaces =
+          hn::MulAdd(edge[0], hn::Add(edge[1], edge[2]), hn::MulAdd(edge[1], edge[2], surfaces));
     }
   }
+  const float surface = hn::GetLane(hn::SumOfLanes(kEightTag, surfaces));
   const float all = own.HalfArea();
   return all > 0 ? surface / all : 0;
 }

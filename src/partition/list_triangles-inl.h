@@ -23,18 +23,22 @@ inline ListedTriangles ListTriangles(const GeometryTable& geometries, size_t beg
                                      uint32_t* numbers, const Look& look) {
   CornerBounds bounds, centers;
   size_t count = 0, left_out = end - begin;
-  TriangleFinder triangles(geometries);
-  for (size_t i = begin; i < end; ++i) {
-    const auto number = static_cast<uint32_t>(i);
-    CornerBox box;
-    if (HWY_UNLIKELY(!triangles.BoundIfUsable(number, box))) {
-      numbers[--left_out] = number;
-      continue;
+  for (auto number = static_cast<uint32_t>(begin); number < end;) {
+    const uint32_t geometry = geometries.Locate(number).geometry;
+    const CornerSource source(geometries, geometry);
+    const uint32_t first = geometries.Number(geometry, 0);
+    const size_t behind = HWY_MIN(end, first + geometries[geometry].triangle_count);
+    for (; number < behind; ++number) {
+      CornerBox box;
+      if (HWY_UNLIKELY(!BoundIfUsable(geometries, source, {geometry, number - first}, box))) {
+        numbers[--left_out] = number;
+        continue;
+      }
+      bounds.Extend(box.lower, box.upper);
+      centers.Extend(TwiceCenter(box.lower, box.upper));
+      look(number, box.lower, box.upper);
+      numbers[count++] = number;
     }
-    bounds.Extend(box.lower, box.upper);
-    centers.Extend(TwiceCenter(box.lower, box.upper));
-    look(number, box.lower, box.upper);
-    numbers[count++] = number;
   }
   return {count, bounds.Get(), centers.Get()};
 }

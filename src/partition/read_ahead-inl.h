@@ -17,34 +17,32 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-class ReadAhead {
- public:
-  ReadAhead(const GeometryTable& geometries, std::span<const uint32_t> order)
-      : order_(order), now_(geometries), near_(geometries), far_(geometries) {}
-
-  /// The name of the next triangle.
-  HWY_INLINE GeometryTable::Name Next() {
-    if (next_ + kFar < order_.size()) {
-      const auto name = far_.Find(KeptOrder::NumberOf(order_[next_ + kFar]));
-      far_.source().FetchIndices(name.primitive);
+/// Calls `body(i, name, source)` for triangle i of some, where `source` is that of its geometry;
+/// those behind are on their way from memory meanwhile.
+template <class Body>
+HWY_INLINE void ForEachReadAhead(const GeometryTable& geometries, std::span<const uint32_t> order,
+                                 const Body& body) {
+  // Triangles ahead of which indices are fetched, and vertices.
+  constexpr size_t kFar = 128, kNear = 48;
+  // Neighbours are mostly of one geometry: what is looked up of it stays in registers.
+  for (size_t i = 0; i < order.size();) {
+    const uint32_t geometry = geometries.Locate(KeptOrder::NumberOf(order[i])).geometry;
+    const uint32_t first = geometries.Number(geometry, 0);
+    const auto count = static_cast<uint32_t>(geometries[geometry].triangle_count);
+    const CornerSource source(geometries, geometry);
+    const auto primitive_at = [&](size_t place) {
+      return KeptOrder::NumberOf(order[HWY_MIN(place, order.size() - 1)]) - first;
+    };
+    for (; i < order.size(); ++i) {
+      const uint32_t primitive = primitive_at(i);
+      if (primitive >= count) break;
+      const uint32_t far = primitive_at(i + kFar), near = primitive_at(i + kNear);
+      if (HWY_LIKELY(far < count)) source.FetchIndices(far);
+      if (HWY_LIKELY(near < count)) source.FetchVertices(near);
+      body(i, GeometryTable::Name{geometry, primitive}, source);
     }
-    if (next_ + kNear < order_.size()) {
-      const auto name = near_.Find(KeptOrder::NumberOf(order_[next_ + kNear]));
-      near_.source().FetchVertices(name.primitive);
-    }
-    return now_.Find(KeptOrder::NumberOf(order_[next_++]));
   }
-  /// Of the geometry of that triangle.
-  const CornerSource& source() const { return now_.source(); }
-
- private:
-  /// Triangles ahead of which indices are fetched, and vertices.
-  static constexpr size_t kFar = 24, kNear = 12;
-
-  const std::span<const uint32_t> order_;
-  size_t next_ = 0;
-  TriangleFinder now_, near_, far_;
-};
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

@@ -196,15 +196,22 @@ inline bool CanRefit(const KeptPartition& kept, const GeometryTable& now, const 
 /// The bounds of a subset that has no nodes.
 inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
   const GeometryTable& geometries = kept.geometries();
-  ReadAhead names(geometries, kept.OrderOf(subset));
   CornerBounds bounds;
   uint64_t geometry_bits = 0;
-  for (uint32_t i = 0; i < subset.count; ++i) {
-    const GeometryTable::Name name = names.Next();
-    CornerBox box;
-    if (BoundIfUsable(geometries, names.source(), name, box)) bounds.Extend(box.lower, box.upper);
-    geometry_bits |= GeometryBit(geometries, name.geometry);
-  }
+  uint32_t known = UINT32_MAX;
+  ForEachReadAhead(geometries, kept.OrderOf(subset),
+                   [&](size_t, GeometryTable::Name name, const CornerSource& source) HWY_ATTR {
+                     Corner corners[3];
+                     CornerBox box;
+                     if (HWY_LIKELY(source.Load(name.primitive, corners))) {
+                       for (const Corner& corner : corners) bounds.Extend(corner);
+                     } else if (BoundIfUsable(geometries, source, name, box)) {
+                       bounds.Extend(box.lower, box.upper);
+                     }
+                     if (HWY_LIKELY(name.geometry == known)) return;
+                     known = name.geometry;
+                     geometry_bits |= GeometryBit(geometries, name.geometry);
+                   });
   subset.geometry_bits = geometry_bits;
   return bounds.Get();
 }

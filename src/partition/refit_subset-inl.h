@@ -69,23 +69,19 @@ class SubsetRefit {
       const uint32_t geometry = geometries_.Locate(KeptOrder::NumberOf(order_[i])).geometry;
       const uint32_t first = geometries_.Number(geometry, 0);
       const auto count = static_cast<uint32_t>(geometries_[geometry].triangle_count);
-      geometry_bits_ |= GeometryBit(geometries_, geometry);
+      const CornerSource source(geometries_, geometry);
       const bool has_triangles = geometries_.HasTriangles(geometry);
+      geometry_bits_ |= GeometryBit(geometries_, geometry);
       for (; i < order_.size(); ++i) {
         const uint32_t primitive = KeptOrder::NumberOf(order_[i]) - first;
         if (primitive >= count) break;
         if (!has_triangles) continue;
         if (i + kAhead < order_.size()) {
           const uint32_t far = KeptOrder::NumberOf(order_[i + kAhead]) - first;
-          if (far < count) hwy::Prefetch(geometries_.IndicesOf(geometry, far));
+          if (far < count) source.FetchIndices(far);
         }
-        memcpy(index_[i], geometries_.IndicesOf(geometry, primitive), sizeof(index_[i]));
-        // Fetching does not fail, whatever the address.
-        const auto start = reinterpret_cast<std::uintptr_t>(geometries_[geometry].vertices);
-        for (const uint32_t vertex : index_[i]) {
-          hwy::Prefetch(
-              reinterpret_cast<const char*>(start + vertex * geometries_[geometry].vertex_stride));
-        }
+        source.ReadIndices(primitive, index_[i]);
+        source.FetchVertices(index_[i]);
       }
     }
   }
@@ -114,9 +110,16 @@ class SubsetRefit {
     bool is_last;
     size_t next = place - first_;
     do {
-      const uint32_t entry = order_[next++];
+      const uint32_t* const index = index_[next];
+      const uint32_t entry = order_[next++], number = KeptOrder::NumberOf(entry);
+      triangles_.Find(number);
+      Corner corners[3];
       CornerBox box;
-      if (triangles_.BoundIfUsable(KeptOrder::NumberOf(entry), box)) {
+      // All can be hit that could be before, unless they are hidden, and then they have no
+      // vertices.
+      if (HWY_LIKELY(triangles_.source().Load(index, corners))) {
+        for (const Corner& corner : corners) bounds.Extend(corner);
+      } else if (triangles_.BoundIfUsable(number, box)) {
         bounds.Extend(box.lower, box.upper);
       } else {
         has_hidden_ = true;

@@ -24,18 +24,17 @@ namespace HWY_NAMESPACE {
 /// Makes references to the triangles of `order`.
 inline TriangleRange ReferTriangles(const GeometryTable& geometries,
                                     std::span<const uint32_t> order, TriangleRef* refs) {
-  ReadAhead names(geometries, order);
   CornerBounds bounds, centers;
-  for (size_t i = 0; i < order.size(); ++i) {
-    const GeometryTable::Name name = names.Next();
-    const auto [lower, upper] = BoundUsable(geometries, names.source(), name);
-    bounds.Extend(lower, upper);
-    centers.Extend(TwiceCenter(lower, upper));
-    lower.Store(refs[i].lower);
-    upper.Store(refs[i].upper);
-    refs[i].primitive = name.primitive;
-    refs[i].geometry = name.geometry;
-  }
+  ForEachReadAhead(geometries, order,
+                   [&](size_t i, GeometryTable::Name name, const CornerSource& source) HWY_ATTR {
+                     const auto [lower, upper] = BoundUsable(geometries, source, name);
+                     bounds.Extend(lower, upper);
+                     centers.Extend(TwiceCenter(lower, upper));
+                     lower.Store(refs[i].lower);
+                     upper.Store(refs[i].upper);
+                     refs[i].primitive = name.primitive;
+                     refs[i].geometry = name.geometry;
+                   });
   return {0, order.size(), bounds.Get(), centers.Get()};
 }
 
