@@ -241,14 +241,15 @@ void Shapes::Derived::PlaceInstance(const Geometry& g) {
 }
 
 std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
-  // What any index of a triangle or a quad is, and what any grid is made of.
+  // What any index of a triangle or a quad is, what any grid is made of, and any point.
   static constexpr uint32_t kNowhere[4] = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
   static_assert(sizeof(GridPrimitive) <= sizeof(kNowhere));
   Geometry hidden = geometries_[geometry];
-  if (!HasFacets(hidden.shape)) return std::nullopt;
+  if (!HasFacets(hidden.shape) && !HasPoints(hidden.shape)) return std::nullopt;
   hidden.hidden = true;
   hidden.primitives = {kNowhere, 0};
   hidden.vertices.assign(hidden.vertices.size(), {kNowhere, 0});
+  hidden.normals.assign(hidden.normals.size(), {kNowhere, 0});
   hidden.vertex_count = 0;
   return Successor(std::move(hidden), derived_[geometry]);
 }

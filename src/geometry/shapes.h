@@ -153,7 +153,8 @@ class Shapes {
     Derived derived_;
   };
 
-  /// The same geometry, hidden: its indices lead nowhere. Nothing if its shape knows none.
+  /// The same geometry, hidden: its indices lead nowhere, its points are not numbers. Nothing if it
+  /// has neither.
   std::optional<Successor> Hidden(uint32_t geometry) const;
 
   /// Whether both may stand in one place: only where they are, and which rays meet them, differs.

@@ -1,4 +1,4 @@
-// Up to 32 rays in the lanes of vectors.
+// Up to 64 rays in the lanes of vectors.
 
 #if defined(DACRT_TRACE_GROUP_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_GROUP_LANES_INL_H_

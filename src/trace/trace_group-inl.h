@@ -1,4 +1,4 @@
-// A group of up to 32 neighbouring rays in the lanes of vectors, each still looking or not by a
+// A group of up to 64 neighbouring rays in the lanes of vectors, each still looking or not by a
 // lane mask: for rays that run close together, which enter the same children.
 //
 // Wald, Slusallek, Benthin, Wagner, "Interactive rendering with coherent ray tracing", Eurographics

@@ -1,12 +1,15 @@
 // A few geometries of a scene that move, go and come back without another scene.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "dacrt/dacrt.h"
 #include "film.h"
+#include "shape_scenes.h"
 #include "unit_test.h"
 
 namespace dacrt::unit {
@@ -133,6 +136,61 @@ TEST(UpdateTest, AllMeshesMayBeHidden) {
     ASSERT_TRUE(film.Update(i));
     film.Check(5000);
   }
+}
+
+// Still and moving ones, beside triangles.
+TEST(UpdateTest, PointsGoAndComeBack) {
+  Random random(6);
+  const Model triangles = MakeTriangles(random, 2000);
+  constexpr Shape kPoints[] = {Shape::kSpheres, Shape::kDiscs, Shape::kOrientedDiscs};
+  std::vector<Model> points;
+  for (uint32_t id = 1; id <= 6; ++id) {
+    points.push_back(MakePoints(random, 400));
+    if (id <= 3) continue;
+    points.back().steps.push_back(points.back().steps[0]);
+    for (float& value : points.back().steps[1]) value *= 1.1f;
+  }
+  const auto describe = [&](const std::vector<Model>& models, uint32_t id) {
+    if (id == 0) return TriangleView(triangles, 0);
+    Geometry geometry = PointView(models[id - 1], kPoints[id % 3], id);
+    geometry.normals.resize(geometry.normals.size() * geometry.vertices.size(),
+                            {models[id - 1].normals.data(), 12});
+    return geometry;
+  };
+  const auto make = [&](const std::vector<Model>& models, const std::vector<bool>& shows) {
+    std::vector<Geometry> geometries;
+    for (uint32_t id = 0; id < shows.size(); ++id) {
+      if (shows[id]) geometries.push_back(describe(models, id));
+    }
+    return MakeScene(geometries, kDefaultBudget);
+  };
+  const auto rays = MakeRays(random, 10000);
+  std::vector<Model> held = points;
+  std::vector<bool> shows(7, true);
+  const auto scene = make(held, shows);
+  const auto all = Trace(*scene, rays);
+  const auto expect_right = [&](const std::string& what) {
+    const auto fresh = make(points, shows);
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      ExpectSameRays(Trace(*scene, rays, query), Trace(*fresh, rays, query), what);
+    }
+  };
+  for (const uint32_t id : {2u, 6u, 1u, 4u, 3u, 5u}) {
+    Geometry hidden;
+    hidden.geometry_id = id;
+    hidden.hidden = true;
+    ASSERT_TRUE(scene->Update({hidden})) << id;
+    shows[id] = false;
+    // It is not read any more: these would be hit by every ray.
+    for (auto& step : held[id - 1].steps) std::fill(step.begin(), step.end(), 100.0f);
+    expect_right("without " + std::to_string(id));
+  }
+  for (const uint32_t id : {5u, 1u, 6u, 2u, 3u, 4u}) {
+    ASSERT_TRUE(scene->Update({describe(points, id)})) << id;
+    shows[id] = true;
+    expect_right("again with " + std::to_string(id));
+  }
+  ExpectSameRays(Trace(*scene, rays), all, "all");
 }
 
 }  // namespace
