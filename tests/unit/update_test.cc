@@ -181,7 +181,7 @@ TEST(UpdateTest, PointsGoAndComeBack) {
     hidden.hidden = true;
     ASSERT_TRUE(scene->Update({hidden})) << id;
     shows[id] = false;
-    // It is not read any more: these would be hit by every ray.
+    // It is not read any more: these would be hit by rays that hit nothing else.
     for (auto& step : held[id - 1].steps) std::fill(step.begin(), step.end(), 100.0f);
     expect_right("without " + std::to_string(id));
   }
