@@ -99,7 +99,7 @@ void Scene::Detach(unsigned int id) {
 }
 
 void Scene::Remember(unsigned int id, const Trace& trace, std::map<unsigned int, Trace>& gone) {
-  if (trace.is_visible || trace.used_count > 0) gone[id] = trace;
+  if (trace.is_visible || trace.is_known()) gone[id] = trace;
 }
 
 Geometry* Scene::Find(unsigned int id) const {
@@ -172,8 +172,11 @@ Scene::Changes Scene::FindChanges() {
     if (is_enabled) {
       changes.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
       // User geometries are asked for their bounds at every commit.
-      changes.need_snapshot |=
-          geometry.IsUser() || (!was_visible && attached.trace.used_count == 0);
+      changes.need_snapshot |= geometry.IsUser() || (!was_visible && !attached.trace.is_known());
+    } else if (const auto* const shown = attached.trace.shown) {
+      // A hidden instance keeps the scene that it shows: only one that would be there without it.
+      const auto& scene = geometry.instanced_scene();
+      changes.need_snapshot |= !scene || shown != scene->CommittedShared().get();
     }
     if (is_enabled != was_visible || geometry.version() != attached.committed_version ||
         geometry.description_version() != attached.committed_description) {
@@ -182,6 +185,7 @@ Scene::Changes Scene::FindChanges() {
   }
   for (auto& gone : gone_) {
     if (gone.second.is_visible) changes.gone.push_back(&gone);
+    changes.need_snapshot |= gone.second.shown != nullptr;
   }
   return changes;
 }
@@ -277,11 +281,13 @@ Scene::Selection Scene::Select() const {
     SetCommitted(attached);
     attached.trace.used = selection.used.size();
     attached.trace.used_count = 0;
+    attached.trace.shown = nullptr;
     const Geometry& geometry = *attached.geometry;
     if (!geometry.is_enabled()) continue;
     dacrt::Geometry description = Describe(place, context_filter, selection.used);
     attached.trace.used_count = selection.used.size() - attached.trace.used;
     if (description.primitive_count == 0) continue;
+    attached.trace.shown = description.instanced_scene.get();
     selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
   }
@@ -368,7 +374,11 @@ std::shared_ptr<const dacrt::Scene> Scene::CommittedShared() const {
 
 bool Scene::HasInstances() const {
   const std::lock_guard lock(geometries_mutex_);
-  return snapshot_ && snapshot_->has_instances();
+  if (!snapshot_ || !snapshot_->has_instances()) return false;
+  const auto shows = [](const auto& trace) { return trace.is_visible && trace.shown; };
+  return std::ranges::any_of(geometries_,
+                             [&](const Place& place) { return shows(place.second.trace); }) ||
+         std::ranges::any_of(gone_, [&](const auto& gone) { return shows(gone.second); });
 }
 
 void Scene::RefuseUncommitted() {

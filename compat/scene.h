@@ -84,8 +84,12 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// What the snapshot knows of an ID.
   struct Trace {
     bool is_visible = false;
+    const dacrt::Scene* shown = nullptr;  ///< by an instance, also while it is hidden
     std::size_t used = 0;  ///< where what it uses stands in what the snapshot keeps
     std::size_t used_count = 0;
+
+    /// Whether the snapshot has it, be it hidden.
+    bool is_known() const { return shown || used_count > 0; }
   };
 
   struct Attached {
@@ -144,7 +148,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
     /// The same scene, as several ranks have it; null without.
     mpi::GroupScene* shared() const { return shared_.get(); }
-    bool has_instances() const { return has_instances_; }
+    bool has_instances() const { return has_instances_; }  ///< hidden ones among them
 
    private:
     static SceneOptions OptionsFor(const Selection& selection);

@@ -97,7 +97,8 @@ struct Geometry {
   uint64_t revision = 0;
 
   /// Says that the geometry takes no part: no ray meets it, and nothing of it is read. With
-  /// Scene::Update all but user geometries and instances go and come back so.
+  /// Scene::Update all but user geometries go and come back so; the scene keeps what an instance
+  /// shows meanwhile.
   bool hidden = false;
 
   /// All but user geometries and instances: one array for each of 1 to 129 time steps. Three floats

@@ -245,7 +245,19 @@ std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
   static constexpr uint32_t kNowhere[4] = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
   static_assert(sizeof(GridPrimitive) <= sizeof(kNowhere));
   Geometry hidden = geometries_[geometry];
-  if (!HasFacets(hidden.shape) && !HasPoints(hidden.shape)) return std::nullopt;
+  if (hidden.shape == Shape::kUser) return std::nullopt;
+  hidden.revision = 0;
+  if (hidden.shape == Shape::kInstance) {
+    TransformStep far_away;
+    for (int axis = 0; axis < 3; ++axis) {
+      far_away.matrix.column[axis][axis] = 0;
+      far_away.matrix.column[3][axis] = kLargestCoordinate;
+    }
+    hidden.transforms.assign(hidden.transforms.size(), far_away);
+    Successor successor(std::move(hidden), derived_[geometry].scene);
+    successor.geometry_.hidden = true;
+    return successor;
+  }
   hidden.hidden = true;
   hidden.primitives = {kNowhere, 0};
   hidden.vertices.assign(hidden.vertices.size(), {kNowhere, 0});

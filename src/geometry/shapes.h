@@ -64,6 +64,7 @@ class Shapes {
 
   /// Bounds over all times. False if the item can not be hit.
   bool BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const {
+    if (geometries_[geometry].hidden) return false;
     return BoundItem(geometry, item, 0, derived_[geometry].steps, bounds);
   }
 
@@ -153,8 +154,9 @@ class Shapes {
     Derived derived_;
   };
 
-  /// The same geometry, hidden: its indices lead nowhere, its points are not numbers. Nothing if it
-  /// has neither.
+  /// The same geometry, hidden: its indices lead nowhere, its points are not numbers, and what an
+  /// instance shows is one point far away, where rays find nothing. A box that is inside out or not
+  /// of numbers would not do: slab tests meet those. Nothing if it is a user geometry.
   std::optional<Successor> Hidden(uint32_t geometry) const;
 
   /// Whether both may stand in one place: only where they are, and which rays meet them, differs.

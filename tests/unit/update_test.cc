@@ -193,5 +193,96 @@ TEST(UpdateTest, PointsGoAndComeBack) {
   ExpectSameRays(Trace(*scene, rays), all, "all");
 }
 
+/// Still and moving ones, beside triangles; rays come alone, and many together.
+void ExpectThatInstancesGoAndComeBack(uint64_t budget) {
+  Random random(8);
+  Settings settings;
+  settings.budget = budget;
+  const auto device = std::make_shared<Device>(settings);
+  const Model outside = MakeTriangles(random, 500), inside = MakeTriangles(random, 300);
+  const std::vector<Geometry> inner = {TriangleView(inside, 3)};
+  const auto shown = std::make_shared<Scene>(device, inner, SceneOptions{});
+  std::vector<Geometry> all = {TriangleView(outside, 0)};
+  for (uint32_t id = 1; id <= 24; ++id) {
+    Geometry& instance = all.emplace_back();
+    instance.shape = Shape::kInstance;
+    instance.geometry_id = id;
+    instance.primitive_count = 1;
+    instance.revision = 1;
+    instance.instanced_scene = shown;
+    instance.transforms.resize(1 + id % 2);
+    for (TransformStep& step : instance.transforms) {
+      const Float3 at = random.InCube(-2, 2);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        step.matrix.column[axis][axis] = 0.3f;
+        step.matrix.column[3][axis] = at[axis];
+      }
+    }
+  }
+  std::vector<bool> shows(all.size(), true);
+  const auto make = [&] {
+    std::vector<Geometry> geometries;
+    for (std::size_t id = 0; id < all.size(); ++id) {
+      if (shows[id]) geometries.push_back(all[id]);
+    }
+    return Scene(device, geometries, SceneOptions{});
+  };
+  Scene scene = make();
+  const auto expect_right = [&](uint32_t id) {
+    const Scene fresh = make();
+    for (const std::size_t count : {1u, 50u, 9000u}) {
+      auto rays = MakeRays(random, count);
+      // Those that leave the scene towards the corner of all space, too.
+      for (std::size_t i = 0; i < count / 3; ++i) {
+        const float at = random.InCube(-3, 3)[0];
+        for (std::size_t axis = 0; axis < 3; ++axis) rays[i].org[axis] = at, rays[i].dir[axis] = 1;
+      }
+      for (const Query query : {Query::kClosest, Query::kAny}) {
+        ExpectSameRays(Trace(scene, rays, query), Trace(fresh, rays, query), std::to_string(id));
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LE(scene.bounds().lower[axis], fresh.bounds().lower[axis]);
+      EXPECT_NEAR(scene.bounds().lower[axis], fresh.bounds().lower[axis], 1e-3) << id;
+      EXPECT_NEAR(scene.bounds().upper[axis], fresh.bounds().upper[axis], 1e-3) << id;
+    }
+  };
+  expect_right(0);
+  for (const uint32_t step : {1u, 3u, 2u}) {  // all, then some
+    for (uint32_t id = step; id < all.size(); id += step) {
+      Geometry hidden;
+      hidden.geometry_id = id;
+      hidden.hidden = true;
+      ASSERT_TRUE(scene.Update({hidden})) << id;
+      shows[id] = false;
+      if (id % 5 == 0) expect_right(id);
+    }
+    if (step == 1) {
+      shows[0] = false;
+      Geometry hidden;
+      hidden.hidden = true;
+      ASSERT_TRUE(scene.Update({hidden}));
+      const auto rays = MakeRays(random, 3000);
+      EXPECT_EQ(CountHits(Trace(scene, rays)), 0u);
+      EXPECT_GT(scene.bounds().lower[0], scene.bounds().upper[0]);
+      shows[0] = true;
+      ASSERT_TRUE(scene.Update({all[0]}));
+    }
+    for (uint32_t id = step; id < all.size(); id += step) {
+      if (id % 7 == 0) all[id].transforms[0].matrix.column[3][1] += 0.5f, ++all[id].revision;
+      ASSERT_TRUE(scene.Update({all[id]})) << id;
+      shows[id] = true;
+      if (id % 5 == 0) expect_right(id);
+    }
+    expect_right(0);
+  }
+}
+
+TEST(UpdateTest, InstancesGoAndComeBack) { ExpectThatInstancesGoAndComeBack(kDefaultBudget); }
+
+TEST(UpdateTest, InstancesGoAndComeBackWhereThereIsNoRoomForNodes) {
+  ExpectThatInstancesGoAndComeBack(5);
+}
+
 }  // namespace
 }  // namespace dacrt::unit

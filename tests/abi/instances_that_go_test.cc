@@ -1,0 +1,198 @@
+// Instances that are disabled, detached, and come back.
+#include <gtest/gtest.h>
+
+#include <sys/types.h>
+
+#include <functional>
+
+#include "model.h"
+
+namespace dacrt::tests {
+namespace {
+
+RTCGeometry CommittedInstance(Session& s, RTCScene inner, float z) {
+  const RTCGeometry instance = Instance(s, inner, z);
+  s.api.rtcCommitGeometry(instance);
+  return instance;
+}
+
+float Distance(Session& s, RTCScene scene) {
+  RTCRayHit ray = RayAt(0.2f);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  s.api.rtcIntersect1(scene, &context, &ray);
+  return ray.ray.tfar;
+}
+
+class InstancesThatGo : public OnBothLibraries {};
+INSTANTIATE_ON_BOTH_LIBRARIES(InstancesThatGo);
+
+TEST_P(InstancesThatGo, AreNotThereAndComeBackAsTheyAreByThen) {
+  Session s(GetParam()());
+  const RTCScene inner = s.SceneOf(s.Triangle());
+  const RTCGeometry near = CommittedInstance(s, inner, -1), middle = CommittedInstance(s, inner, 0),
+                    far = CommittedInstance(s, inner, 3);
+  const RTCScene scene = s.SceneOf(near);
+  s.api.rtcAttachGeometry(scene, middle);
+  s.api.rtcAttachGeometry(scene, far);
+  s.api.rtcAttachGeometry(scene, s.Triangle(5));
+  const auto expect = [&](float distance, float lower, const char* when) {
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(Distance(s, scene), distance) << when;
+    RTCBounds bounds;
+    s.api.rtcGetSceneBounds(scene, &bounds);
+    EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+  };
+  expect(9, -1, "all");
+  s.api.rtcDisableGeometry(near);
+  expect(10, 0, "without the near one");
+  s.api.rtcDisableGeometry(middle);
+  expect(13, 3, "without two");
+  const float matrix[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2};
+  s.api.rtcSetGeometryTransform(near, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix);
+  s.api.rtcCommitGeometry(near);
+  expect(13, 3, "one moves while it is away");
+  s.api.rtcEnableGeometry(near);
+  expect(12, 2, "it comes back");
+  s.api.rtcEnableGeometry(middle);
+  expect(10, 0, "all again");
+  s.api.rtcDisableGeometry(near);
+  s.api.rtcDisableGeometry(middle);
+  s.api.rtcDisableGeometry(far);
+  expect(15, 5, "none");
+  s.api.rtcEnableGeometry(far);
+  s.api.rtcDetachGeometry(scene, 1);
+  expect(13, 3, "the middle one is detached");
+  s.api.rtcAttachGeometryByID(scene, s.Triangle(2), 1);
+  expect(12, 2, "something else has its ID");
+  s.api.rtcDisableGeometry(far);
+  s.api.rtcDetachGeometry(scene, 2);
+  const RTCGeometry other = s.Triangle(1);
+  s.api.rtcDisableGeometry(other);
+  s.api.rtcAttachGeometryByID(scene, other, 2);
+  expect(12, 2, "something else that is disabled has its ID");
+}
+
+TEST_P(InstancesThatGo, ShowTheirSceneAsItIsWhenTheyComeBack) {
+  Session s(GetParam()());
+  const RTCScene inner = s.SceneOf(s.Triangle(3));
+  const RTCGeometry instance = CommittedInstance(s, inner, 0);
+  const RTCScene scene = s.SceneOf(instance);
+  s.api.rtcAttachGeometry(scene, s.Triangle(5));
+  s.api.rtcDisableGeometry(instance);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 15);
+  s.api.rtcAttachGeometry(inner, s.Triangle(1));
+  s.api.rtcCommitScene(inner);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 15);
+  s.api.rtcEnableGeometry(instance);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 11);
+}
+
+/// Bytes that a drop-in holds at last, of a scene of a triangle and an instance to which `happens`.
+ssize_t Held(
+    const std::function<void(Session&, RTCScene scene, RTCScene inner, RTCGeometry)>& happens) {
+  ssize_t held = 0;
+  Session s(DropIn());
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device,
+      [](void* user, ssize_t bytes, bool) {
+        *static_cast<ssize_t*>(user) += bytes;
+        return true;
+      },
+      &held);
+  const RTCScene inner = s.api.rtcNewScene(s.device);
+  s.api.rtcAttachGeometry(inner, s.Triangle());
+  s.api.rtcCommitScene(inner);
+  const RTCGeometry instance = s.api.rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
+  s.api.rtcSetGeometryInstancedScene(instance, inner);
+  s.api.rtcCommitGeometry(instance);
+  const RTCScene scene = s.SceneOf(s.Triangle(5));
+  s.api.rtcAttachGeometry(scene, instance);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 10);
+  happens(s, scene, inner, instance);
+  s.api.rtcReleaseGeometry(instance);
+  s.api.rtcReleaseScene(inner);
+  EXPECT_EQ(Distance(s, scene), 15);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  const ssize_t at_last = held;
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  return at_last;
+}
+
+void DisableAndCommit(Session& s, RTCScene scene, RTCScene, RTCGeometry instance) {
+  s.api.rtcDisableGeometry(instance);
+  s.api.rtcCommitScene(scene);
+}
+
+void DetachAndCommit(Session& s, RTCScene scene, RTCScene, RTCGeometry) {
+  s.api.rtcDetachGeometry(scene, 1);
+  s.api.rtcCommitScene(scene);
+}
+
+void CommitInner(Session& s, RTCScene, RTCScene inner, RTCGeometry) {
+  s.api.rtcAttachGeometry(inner, s.Triangle(1));
+  s.api.rtcCommitScene(inner);
+}
+
+// What Embree would have released is not kept for an instance that may come back.
+TEST(DropInInstancesThatGo, KeepNothingOnceTheyAreDetached) {
+  const ssize_t detached = Held(DetachAndCommit);
+  EXPECT_EQ(Held([](Session& s, RTCScene scene, RTCScene inner, RTCGeometry instance) {
+              DisableAndCommit(s, scene, inner, instance);
+              DetachAndCommit(s, scene, inner, instance);
+            }),
+            detached);
+  EXPECT_GT(Held(DisableAndCommit), detached);
+}
+
+TEST(DropInInstancesThatGo, KeepNoSceneThatIsNotTheirsAnyMore) {
+  const auto held = [](RTCSceneFlags flags) {
+    return Held([=](Session& s, RTCScene scene, RTCScene inner, RTCGeometry instance) {
+      DisableAndCommit(s, scene, inner, instance);
+      CommitInner(s, scene, inner, instance);
+      s.api.rtcSetSceneFlags(scene, flags);
+      s.api.rtcCommitScene(scene);
+    });
+  };
+  EXPECT_EQ(held(RTC_SCENE_FLAG_NONE), held(RTC_SCENE_FLAG_DYNAMIC)) << "which is another scene";
+}
+
+TEST(DropInInstancesThatGo, AskForNoMemory) {
+  Session s(DropIn());
+  const RTCGeometry instance = CommittedInstance(s, s.SceneOf(s.Triangle()), 0);
+  const RTCScene scene = s.SceneOf(instance);
+  s.api.rtcAttachGeometry(scene, s.Triangle(5));
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 10);
+  s.api.rtcSetDeviceMemoryMonitorFunction(
+      s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
+  s.api.rtcDisableGeometry(instance);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 15);
+  s.api.rtcEnableGeometry(instance);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(s, scene), 10);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+}
+
+TEST(DropInInstancesThatGo, LeaveASceneOfWhichThereMayBeInstances) {
+  Session s(DropIn());
+  const RTCGeometry instance = CommittedInstance(s, s.SceneOf(s.Triangle()), 0);
+  const RTCScene middle = s.SceneOf(instance);
+  s.api.rtcAttachGeometry(middle, s.Triangle(2));
+  s.api.rtcCommitScene(middle);
+  s.api.rtcDisableGeometry(instance);
+  s.api.rtcCommitScene(middle);
+  const RTCScene outer = s.SceneOf(CommittedInstance(s, middle, 1));
+  EXPECT_EQ(Distance(s, outer), 13);
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+}  // namespace
+}  // namespace dacrt::tests
