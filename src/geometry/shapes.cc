@@ -246,6 +246,7 @@ std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
   static_assert(sizeof(GridPrimitive) <= sizeof(kNowhere));
   Geometry hidden = geometries_[geometry];
   if (hidden.shape == Shape::kUser) return std::nullopt;
+  if (hidden.hidden) return Successor(std::move(hidden), derived_[geometry]);
   hidden.revision = 0;
   if (hidden.shape == Shape::kInstance) {
     TransformStep far_away;

@@ -254,6 +254,7 @@ void ExpectThatInstancesGoAndComeBack(uint64_t budget) {
       hidden.geometry_id = id;
       hidden.hidden = true;
       ASSERT_TRUE(scene.Update({hidden})) << id;
+      ASSERT_TRUE(scene.Update({hidden})) << id << " is hidden";
       shows[id] = false;
       if (id % 5 == 0) expect_right(id);
     }
