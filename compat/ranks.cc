@@ -41,12 +41,12 @@ std::shared_ptr<mpi::Group> OpenRanks(const Config& config) {
 }
 
 void NoteRanks(const mpi::Group& ranks) {
-  std::fprintf(stderr, "dacrt: rank %d of %d, ", ranks.rank(), ranks.size());
-  if (ranks.least_rays() == SIZE_MAX) {
-    std::fprintf(stderr, "no calls are shared\n");
-  } else {
-    std::fprintf(stderr, "calls of %zu rays and more are shared\n", ranks.least_rays());
-  }
+  const std::string shared =
+      ranks.least_rays() == SIZE_MAX
+          ? "no calls are shared"
+          : "calls of " + std::to_string(ranks.least_rays()) + " rays and more are shared";
+  // The whole line at once: the launcher puts the ranks' outputs together as the pieces come.
+  std::fprintf(stderr, "dacrt: rank %d of %d, %s\n", ranks.rank(), ranks.size(), shared.c_str());
 }
 
 }  // namespace dacrt::compat

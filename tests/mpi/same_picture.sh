@@ -22,5 +22,8 @@ DACRT_CONFIG=verbose=1,dacrt_mpi_least_rays=1 \
   cat log
   exit 1
 }
-grep 'dacrt: rank 0 of 3, calls of 1 rays and more are shared' log
+grep 'dacrt: rank 0 of 3, calls of 1 rays and more are shared' log || {
+  cat log
+  exit 1
+}
 cmp one "$picture"
