@@ -52,12 +52,12 @@ enum class Algorithm {
   kMora2011,
 };
 
-/// Settings::budget: 32 bytes a triangle, which hold the whole partition of most scenes, with a
-/// copy of the triangles in its leaves; in scenes of less than 250,000 triangles 64 bytes and
-/// 64 KiB, which hold that of any scene, but not more than 8,000,000; in scenes of up to 4,096
-/// triangles 192 bytes and 64 KiB, for which leaves hold all that the triangle test wants. Quads
-/// and cells of grids count as two triangles, those with two time steps as half as many again, and
-/// user primitives and instances as three.
+/// Settings::budget: 32 bytes a triangle in whole pages, which hold the whole partition of most
+/// scenes, with a copy of the triangles in its leaves; in scenes of less than 250,000 triangles 64
+/// bytes and 64 KiB, which hold that of any scene, but not more than 8,000,000; in scenes of up to
+/// 4,096 triangles 192 bytes and 64 KiB, for which leaves hold all that the triangle test wants.
+/// Quads and cells of grids count as two triangles, those with two time steps as half as many
+/// again, and user primitives and instances as three.
 inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;
 /// Settings::budget: whatever the whole partition takes.
 inline constexpr uint64_t kUnlimitedBudget = UINT64_MAX;

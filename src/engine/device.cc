@@ -29,11 +29,14 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   constexpr std::size_t kLeast = 64 * 1024, kModest = 8'000'000;
   // What describes the scene, for which the least share leaves room.
   constexpr std::size_t kDescription = 8 * 1024;
+  // Memory comes in pages: a partition has no more of them than its share pays for.
+  constexpr std::size_t kPage = 4096;
   const std::size_t triangles = geometries.shares();
   const bool is_prepared = triangles <= policy::kPreparedScene;
   std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
   if (settings.budget == kDefaultBudget) {
-    if (!is_prepared) bytes = std::max(kDefault * triangles, std::min(bytes, kModest));
+    const std::size_t share = kDefault * triangles / kPage * kPage;
+    if (!is_prepared) bytes = std::max(share, std::min(bytes, kModest));
   } else if (settings.budget != kUnlimitedBudget) {
     bytes = std::min<std::size_t>(settings.budget, bytes);
   }

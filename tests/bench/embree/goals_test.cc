@@ -151,14 +151,13 @@ TEST(GoalsTest, MemoryIsJudgedByItsMost) {
                               .dacrt = {1, 2, kept, peak, left}});
   };
   add("triangles", 1'000'000, 27'000'000, 10'000'000, 0);
-  add("triangles", 1'000'000, 29'000'000, 20'000'000, 7'000'000);
+  add("triangles", 1'000'000, 38'000'000, 20'000'000, 7'000'000);
   add("compact", 1'000'000, 12'000'000, 90'000'000, 7'000'000);
   add("triangles", 75'000, 75'000 * 90, 75'000 * 90, 0);  // a small mesh is no goal
   const std::vector<Goal> goals = JudgeGoals(results);
-  const Goal& kept =
-      Find(goals, "kept between calls, all of it, bytes a triangle, from 250K", kWorst);
+  const Goal& kept = Find(goals, "kept beside the workspaces, bytes a triangle, from 250K", kWorst);
   EXPECT_EQ(kept.cells, 2u);
-  EXPECT_DOUBLE_EQ(*kept.measured, 29);
+  EXPECT_DOUBLE_EQ(*kept.measured, 31);
   EXPECT_TRUE(kept.IsMet());
   const Goal& compact = Find(goals, "kept in a COMPACT scene, beside the workspaces", kWorst);
   EXPECT_DOUBLE_EQ(*compact.measured, 5);
