@@ -12,7 +12,7 @@
 #include "leaf/cross_facets-inl.h"
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
-#include "trace/group_lanes-inl.h"
+#include "trace/group_interval-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

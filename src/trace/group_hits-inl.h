@@ -133,33 +133,59 @@ struct GroupHits {
 
   /// Writes them to the packet that the rays come from.
   HWY_INLINE void Write(const RayPacket& packet) const {
-    using enum PacketComponent;
     if (HWY_UNLIKELY(packet.lanes % 4 != 0)) {
       ForEachLane(lanes, [&](size_t lane) {
         RecordLayout::WriteLane(packet, static_cast<uint32_t>(lane), Get(lane));
       });
       return;
     }
-    const auto write = [&](PacketComponent component, auto tag, const auto* from) HWY_ATTR {
-      using T = hn::TFromD<decltype(tag)>;
-      T* const to = static_cast<T*>(packet.values) + static_cast<size_t>(component) * packet.lanes;
-      for (size_t first = 0; first < packet.lanes; first += Lanes()) {
-        const auto mask = hn::RebindMask(tag, MaskOf(lanes >> first));
-        hn::BlendedStore(hn::Load(tag, from + first), mask, tag, to + first);
-      }
-    };
-    write(kTfar, kFloat, t);
-    write(kNgX, kFloat, ng[0]);
-    write(kNgY, kFloat, ng[1]);
-    write(kNgZ, kFloat, ng[2]);
-    write(kU, kFloat, u);
-    write(kV, kFloat, v);
-    write(kPrimitiveId, kUint, primitive_id);
-    write(kGeometryId, kUint, geometry_id);
-    write(kInstanceId, kUint, instance_id);
+    if (packet.lanes % Lanes() == 0) {
+      Write(kFloat, packet);
+    } else {
+      Write(kCornerTag, packet);
+    }
   }
 
  private:
+  template <class Tag>
+  HWY_INLINE void Write(Tag d, const RayPacket& packet) const {
+    const size_t count = packet.lanes;
+    float* const values = static_cast<float*>(packet.values);
+    for (size_t first = 0; first < count; first += hn::MaxLanes(d)) {
+      const LaneMask of_part = (lanes >> first) & FirstLanes(hn::MaxLanes(d));
+      // Whole vectors are stored plainly: on some processors a store with a mask takes ten times as
+      // long.
+      if (of_part == FirstLanes(hn::MaxLanes(d))) {
+        WritePart(d, values + first, count, first,
+                  [d](auto v, float* to) HWY_ATTR { hn::StoreU(v, d, to); });
+      } else if (of_part != 0) {
+        WritePart(d, values + first, count, first,
+                  [d, mask = MaskOf(d, of_part)](auto v, float* to)
+                      HWY_ATTR { hn::BlendedStore(v, mask, d, to); });
+      }
+    }
+  }
+
+  /// One vector of lanes, to the rows of a packet with `count` lanes from `to` on.
+  template <class Tag, class Store>
+  HWY_INLINE void WritePart(Tag d, float* to, size_t count, size_t first,
+                            const Store& store) const {
+    using enum PacketComponent;
+    const auto write = [&](PacketComponent component, const auto* from) HWY_ATTR {
+      store(hn::Load(d, reinterpret_cast<const float*>(from) + first),
+            to + static_cast<size_t>(component) * count);
+    };
+    write(kTfar, t);
+    write(kNgX, ng[0]);
+    write(kNgY, ng[1]);
+    write(kNgZ, ng[2]);
+    write(kU, u);
+    write(kV, v);
+    write(kPrimitiveId, primitive_id);
+    write(kGeometryId, geometry_id);
+    write(kInstanceId, instance_id);
+  }
+
   void Set(size_t lane, const FullHit& hit) {
     for (int axis = 0; axis < 3; ++axis) ng[axis][lane] = hit.ng[axis];
     u[lane] = hit.u;

@@ -73,9 +73,9 @@ class GroupInInstance {
     // Whose rays they are only callbacks ask.
     GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
     for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
-      const V tfar =
-          hn::Min(hn::Load(kFloat, outer.tfar + first), hn::Load(kFloat, inner.tfar + first));
-      hn::BlendedStore(tfar, MaskOf(active >> first), kFloat, outer.tfar + first);
+      const V own = hn::Load(kFloat, outer.tfar + first);
+      const V tfar = hn::Min(own, hn::Load(kFloat, inner.tfar + first));
+      hn::Store(hn::IfThenElse(MaskOf(active >> first), tfar, own), kFloat, outer.tfar + first);
     }
     if constexpr (kQuery == Query::kClosest) TakeHits(outer, inner, active);
   }

@@ -171,28 +171,8 @@ struct GroupLanes {
     return lanes;
   }
 
-  /// The least and the largest of some lanes' values.
-  HWY_INLINE void Bound(const float* values, LaneMask lanes, float& low, float& high) const {
-    V v_low = hn::Load(kFloat, values), v_high = v_low;
-    if (HWY_LIKELY(lanes == FirstLanes(parts() * Lanes()))) {
-      for (size_t part = 1; part < parts(); ++part) {
-        const V v = hn::Load(kFloat, values + part * Lanes());
-        v_low = hn::Min(v_low, v);
-        v_high = hn::Max(v_high, v);
-      }
-    } else {
-      const V other = hn::Set(kFloat, values[hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes)]);
-      v_low = v_high = other;
-      for (size_t part = 0; part < parts(); ++part) {
-        const V v = hn::IfThenElse(MaskOf(lanes >> (part * Lanes())),
-                                   hn::Load(kFloat, values + part * Lanes()), other);
-        v_low = hn::Min(v_low, v);
-        v_high = hn::Max(v_high, v);
-      }
-    }
-    low = hn::GetLane(hn::MinOfLanes(kFloat, v_low));
-    high = hn::GetLane(hn::MaxOfLanes(kFloat, v_high));
-  }
+  /// Whether some lanes are all that the vectors have in which rays stand.
+  HWY_INLINE bool AreAll(LaneMask lanes) const { return lanes == FirstLanes(parts() * Lanes()); }
 
   /// Bits that the masks of some lanes' rays have in common.
   HWY_INLINE uint32_t CommonMask(LaneMask lanes) const {
@@ -298,8 +278,15 @@ struct GroupLanes {
     using enum PacketComponent;
     const size_t count = kCount ? kCount : packet.lanes;
     const float* const values = static_cast<const float*>(packet.values);
-    const auto read = [&](PacketComponent component, void* to) {
-      memcpy(to, values + static_cast<size_t>(component) * count, count * sizeof(float));
+    const auto read = [&](PacketComponent component, void* to) HWY_ATTR {
+      const float* const row = values + static_cast<size_t>(component) * count;
+      if constexpr (kCount != 0 && kCount < hn::MaxLanes(D())) {
+        // Full vectors are loaded next, which would have to wait for one that is stored in part.
+        hn::Store(hn::MaskedLoad(hn::FirstN(kFloat, kCount), kFloat, row), kFloat,
+                  static_cast<float*>(to));
+      } else {
+        memcpy(to, row, count * sizeof(float));
+      }
     };
     read(kOrgX, org[0]);
     read(kOrgY, org[1]);
@@ -364,107 +351,6 @@ struct GroupLanes {
   }
 
   size_t parts_ = kMostParts;
-};
-
-/// Bounds of a group's rays, for the slab test of all of them at once: on each axis the least and
-/// the largest origin and length of the reciprocal, with their sign.
-struct GroupInterval {
-  EightPart org_for_near[3], org_for_far[3];  ///< of which the distance is least, and largest
-  EightPart least[3], most[3];                ///< of the reciprocals, signed
-  EightPart start;
-  bool is_tight = true;  ///< hardly wider than the rays
-  float apart = 0;       ///< how far the origins differ, on the axis on which they do most
-  float spread = 0;      ///< the same of the directions
-  float length = 0;      ///< of directions, the largest component
-
-  /// Of the rays of some lanes.
-  template <size_t kMost>
-  HWY_INLINE GroupInterval(const GroupLanes<kMost>& group, LaneMask lanes, uint32_t octant) {
-    const auto bound = [&](const float* values, float& low, float& high)
-                           HWY_ATTR { group.Bound(values, lanes, low, high); };
-    float low, high;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool negative = (octant >> axis) & 1;
-      bound(group.org[axis], low, high);
-      org_for_near[axis] = hn::Set(kEightTag, negative ? low : high);
-      org_for_far[axis] = hn::Set(kEightTag, negative ? high : low);
-      apart = HWY_MAX(apart, high - low);
-      bound(group.reciprocal[axis], low, high);
-      const float largest = HWY_MAX(-low, high), smallest = HWY_MAX(low, -high);
-      is_tight &= largest <= policy::kTightReciprocals * smallest;
-      length = HWY_MAX(length, 1 / smallest);
-      spread = HWY_MAX(spread, 1 / smallest - 1 / largest);
-      least[axis] = hn::Set(kEightTag, low);
-      most[axis] = hn::Set(kEightTag, high);
-    }
-    bound(group.start, low, high);
-    start = hn::Set(kEightTag, low);
-  }
-
-  /// Whether the rays run close together in a scene of a certain extent.
-  HWY_INLINE bool IsNarrow(float reach) const {
-    return spread <= policy::kGroupDirections * length && apart <= policy::kGroupOrigins * reach;
-  }
-
-  /// The children that a ray of the group may enter, a bit each; entry[i] is not above where any of
-  /// them does.
-  HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, float tfar, float* entry) const {
-    uint32_t entered = 0;
-    for (size_t part = 0; part < kParts; ++part) {
-      EightPart first;
-      entered |= EnterPart(planes.near[part], planes.far[part], tfar, first) << (part * kPartLanes);
-      hn::Store(first, kEightTag, entry + part * kPartLanes);
-    }
-    return entered;
-  }
-
-  /// Those of the children, entered at `entry`, that are as wide as the group is there: of them the
-  /// interval alone tells nearly as much as all rays would. Of smaller ones, as where triangles are
-  /// no larger than pixels, it takes in all that stand in the way between the rays.
-  HWY_INLINE uint32_t WideChildren(const ChildPlanes& planes, const float* entry) const {
-    if (!is_tight) return 0;
-    uint32_t wide = 0;
-    for (size_t part = 0; part < kParts; ++part) {
-      EightPart size = hn::Zero(kEightTag);
-      for (int axis = 0; axis < 3; ++axis) {
-        size = hn::Max(size, hn::Abs(hn::Sub(planes.far[part][axis], planes.near[part][axis])));
-      }
-      const EightPart width = hn::MulAdd(hn::Load(kEightTag, entry + part * kPartLanes),
-                                         hn::Set(kEightTag, spread), hn::Set(kEightTag, apart));
-      wide |= static_cast<uint32_t>(Bits(kEightTag, hn::Ge(size, width))) << (part * kPartLanes);
-    }
-    return wide;
-  }
-
-  /// The same as EnterChildren for boxes in the lanes of a vector. `offsets` are those of the
-  /// octant.
-  HWY_INLINE uint32_t EnterBoxes(const WideBoxOf<EightPart>& boxes, const PlaneOffsets& offsets,
-                                 float tfar) const {
-    EightPart near[3], far[3], first;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool negative = offsets.near[axis] > offsets.far[axis];
-      near[axis] = negative ? boxes.upper[axis] : boxes.lower[axis];
-      far[axis] = negative ? boxes.lower[axis] : boxes.upper[axis];
-    }
-    return EnterPart(near, far, tfar, first);
-  }
-
- private:
-  HWY_INLINE uint32_t EnterPart(const EightPart* near_planes, const EightPart* far_planes,
-                                float tfar, EightPart& entry) const {
-    EightPart near = start, far = hn::Set(kEightTag, tfar);
-    for (int axis = 0; axis < 3; ++axis) {
-      const EightPart to_near = hn::Sub(near_planes[axis], org_for_near[axis]);
-      const EightPart to_far = hn::Sub(far_planes[axis], org_for_far[axis]);
-      near = hn::Max(near,
-                     hn::Mul(hn::Min(hn::Mul(to_near, least[axis]), hn::Mul(to_near, most[axis])),
-                             hn::Set(kEightTag, 1.0f - 2 * kDistanceSlack)));
-      far = hn::Min(far, hn::Mul(hn::Max(hn::Mul(to_far, least[axis]), hn::Mul(to_far, most[axis])),
-                                 hn::Set(kEightTag, 1.0f + 2 * kDistanceSlack)));
-    }
-    entry = near;
-    return static_cast<uint32_t>(Bits(kEightTag, hn::Le(near, far)));
-  }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "forms.h"
@@ -12,7 +13,7 @@
 
 #include "rays/packet_view.h"
 #include "trace/enter_children-inl.h"
-#include "trace/group_lanes-inl.h"
+#include "trace/group_interval-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -126,23 +127,28 @@ void BoundsAreThoseOfTheLanesOf() {
   Random random(4);
   for (int round = 0; round < 200; ++round) {
     GroupLanes<kMost> group;
+    float* const rows[4] = {group.t, group.u, group.v, group.den};
     const bool all = round % 4 == 0;
-    for (float& value : group.t) {
-      value = !all && random.Below(8) == 0 ? unit::kNaN : random.Uniform(-9, 9);
-    }
     LaneMask lanes = 0;
-    float least = kInfinity, largest = -kInfinity;
+    float least[4], largest[4];
+    std::fill_n(least, 4, kInfinity);
+    std::fill_n(largest, 4, -kInfinity);
     for (uint32_t lane = 0; lane < kMost; ++lane) {
-      if (std::isnan(group.t[lane]) || (!all && random.Below(3) == 0)) continue;
-      lanes |= LaneMask{1} << lane;
-      least = std::min(least, group.t[lane]);
-      largest = std::max(largest, group.t[lane]);
+      const bool takes_part = all || random.Below(3) != 0;
+      lanes |= LaneMask{takes_part} << lane;
+      for (size_t row = 0; row < 4; ++row) {
+        rows[row][lane] = takes_part ? random.Uniform(-9, 9) : unit::kNaN;
+        if (!takes_part) continue;
+        least[row] = std::min(least[row], rows[row][lane]);
+        largest[row] = std::max(largest[row], rows[row][lane]);
+      }
     }
     if (lanes == 0) continue;
-    float low, high;
-    group.Bound(group.t, lanes, low, high);
-    ASSERT_EQ(low, least);
-    ASSERT_EQ(high, largest);
+    const FourBounds bounds(group, lanes, {rows[0], rows[1], rows[2], rows[3]});
+    for (size_t row = 0; row < 4; ++row) {
+      ASSERT_EQ(bounds.low[row], least[row]);
+      ASSERT_EQ(bounds.high[row], largest[row]);
+    }
   }
 }
 
