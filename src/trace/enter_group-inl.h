@@ -13,6 +13,7 @@
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/group_interval-inl.h"
+#include "trace/policy.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -43,6 +44,8 @@ struct BroadcastPlanes {
 /// the interval over all of them.
 template <size_t kMost>
 struct TogetherEnter {
+  static constexpr size_t kFewInLeaf = policy::kFewTogetherInLeaf;
+
   const TraceTask& task;
   const GroupLanes<kMost>& group;
   const PlaneOffsets& offsets;
@@ -96,6 +99,8 @@ struct TogetherEnter {
 /// Rays that run in any directions: each child against all of them.
 template <size_t kMost>
 struct EachEnters {
+  static constexpr size_t kFewInLeaf = policy::kFewInLeaf;
+
   const TraceTask& task;
   const GroupLanes<kMost>& group;
 

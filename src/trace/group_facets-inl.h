@@ -12,7 +12,6 @@
 
 #include "leaf/test_leaf-inl.h"
 #include "trace/broadcast_triangles-inl.h"
-#include "trace/policy.h"
 #include "trace/ray_group-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -28,7 +27,7 @@ class GroupFacets {
   template <class Enter>
   HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, LaneMask active,
                        const Enter& enter) {
-    if (hwy::PopCount(active) > policy::kFewInLeaf) {
+    if (hwy::PopCount(active) > Enter::kFewInLeaf) {
       return TestInLanes<false>(leaf, block, UINT32_MAX, active, enter);
     }
     TestOneByOne(leaf, block, active);
@@ -40,7 +39,7 @@ class GroupFacets {
                                const Enter& enter) {
     // Of few rays hardly any triangle is left over.
     const uint32_t met =
-        hwy::PopCount(active) > policy::kFewInLeaf ? UINT32_MAX : MetOneByOne(block, active);
+        hwy::PopCount(active) > Enter::kFewInLeaf ? UINT32_MAX : MetOneByOne(block, active);
     if (met != 0) TestInLanes<true>(leaf, block, met, active, enter);
   }
 

@@ -37,6 +37,9 @@ struct GroupHits {
 
   /// Those of the active rays of a group.
   GroupHits(const TraceTask& task, const GroupLanes<kMost>& group, LaneMask active) {
+    lanes = group.LanesInState(active, RayRecord::kHasHit);
+    const LaneMask in_lanes = group.LanesInState(lanes, RayRecord::kInLanes);
+    HitTriangle triangle(task);
     for (size_t first = 0; first < group.parts() * Lanes(); first += Lanes()) {
       const V one = hn::Set(kFloat, 1.0f), den = hn::Load(kFloat, group.den + first);
       const auto load = [&](const float* values)
@@ -48,47 +51,9 @@ struct GroupHits {
         hn::Store(load(group.ng[axis]), kFloat, ng[axis] + first);
       }
       hn::Store(hn::Set(kUint, task.instance_id), kUint, instance_id + first);
+      NameTriangles(triangle, group, (in_lanes >> first) & FirstLanes(Lanes()), first);
     }
-    FinishedHits finished(task);
-    const auto finish = [&]() HWY_ATTR {
-      finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR { Set(finished.number(i), hit); });
-    };
-    // Neighbours hit the same triangle.
-    uint32_t known_leaf = 0, known_state = 0;
-    GeometryTable::Name name{};
-    uint32_t geometry = 0;
-    ForEachLane(active, [&](size_t lane) HWY_ATTR {
-      const uint32_t state = group.state[lane];
-      if (!(state & RayRecord::kHasHit)) return;
-      lanes |= LaneMask{1} << lane;
-      if (HWY_UNLIKELY(!(state & RayRecord::kInLanes))) {
-        if (!(state & RayRecord::kInLeaf)) {
-          return Set(lane, task.FullHitOf(static_cast<RayNumber>(lane), state));
-        }
-        finished.Add(static_cast<RayNumber>(lane));
-        if (finished.count() == FinishedHits::kMost) finish();
-        return;
-      }
-      if (group.hit[lane] != known_leaf || state != known_state) {
-        known_leaf = group.hit[lane];
-        known_state = state;
-        LeafRoom room;
-        const LeafBlock& block = FacetsOf(task, ChildWord(known_leaf), room);
-        const size_t block_lane = state >> RayRecord::kLaneShift;
-        name = NameOfLane(task, block, block_lane);
-        geometry = task.scene.geometries[name.geometry].geometry_id;
-        const bool is_second = block.second >> block_lane & 1;
-        if (HWY_UNLIKELY(is_second ||
-                         task.scene.geometries.shapes()[name.geometry].shape == Shape::kGrids)) {
-          known_state = 0;
-          return Set(lane, HitOf(task.scene, task.instance_id, name, is_second, t[lane], u[lane],
-                                 v[lane], ng[0][lane], ng[1][lane], ng[2][lane]));
-        }
-      }
-      primitive_id[lane] = name.primitive;
-      geometry_id[lane] = geometry;
-    });
-    if (finished.count() > 0) finish();
+    if (HWY_UNLIKELY(in_lanes != lanes)) Finish(task, group, lanes & ~in_lanes);
   }
 
   FullHit Get(size_t lane) const {
@@ -147,6 +112,79 @@ struct GroupHits {
   }
 
  private:
+  /// The triangle that was looked up last: neighbours hit the same one.
+  struct HitTriangle {
+    const TraceTask& task;
+    uint32_t leaf = 0, state = 0;
+    GeometryTable::Name name{};
+    uint32_t geometry_id = 0;
+    bool is_second = false;
+    bool has_own_values = false;  ///< u, v and normal are not those of the triangle test
+
+    explicit HitTriangle(const TraceTask& task_) : task(task_) {}
+
+    HWY_INLINE void Find(uint32_t its_leaf, uint32_t its_state) {
+      if (leaf == its_leaf && state == its_state) return;
+      leaf = its_leaf;
+      state = its_state;
+      LeafRoom room;
+      const LeafBlock& block = FacetsOf(task, ChildWord(leaf), room);
+      const size_t block_lane = state >> RayRecord::kLaneShift;
+      name = NameOfLane(task, block, block_lane);
+      geometry_id = task.scene.geometries[name.geometry].geometry_id;
+      is_second = block.second >> block_lane & 1;
+      has_own_values =
+          is_second || task.scene.geometries.shapes()[name.geometry].shape == Shape::kGrids;
+    }
+  };
+
+  /// Sets whose triangles some lanes of the vector from `first` on have hit.
+  HWY_INLINE void NameTriangles(HitTriangle& triangle, const GroupLanes<kMost>& group,
+                                LaneMask left, size_t first) {
+    const auto leaves = hn::Load(kUint, group.hit + first);
+    const auto states = hn::Load(kUint, group.state + first);
+    auto primitives = hn::Zero(kUint), geometries = hn::Zero(kUint);
+    while (left != 0) {
+      const size_t lane = first + hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
+      triangle.Find(group.hit[lane], group.state[lane]);
+      const auto is_same = hn::And(hn::Eq(leaves, hn::Set(kUint, triangle.leaf)),
+                                   hn::Eq(states, hn::Set(kUint, triangle.state)));
+      const LaneMask same = left & Bits(hn::RebindMask(kFloat, is_same));
+      left &= ~same;
+      uint32_t primitive = triangle.name.primitive;
+      if (HWY_UNLIKELY(triangle.has_own_values)) {
+        ForEachLane(same << first, [&](size_t i) {
+          const FullHit hit =
+              HitOf(triangle.task.scene, triangle.task.instance_id, triangle.name,
+                    triangle.is_second, t[i], u[i], v[i], ng[0][i], ng[1][i], ng[2][i]);
+          Set(i, hit);
+          primitive = hit.primitive_id;
+        });
+      }
+      primitives = hn::IfThenElse(is_same, hn::Set(kUint, primitive), primitives);
+      geometries = hn::IfThenElse(is_same, hn::Set(kUint, triangle.geometry_id), geometries);
+    }
+    hn::Store(primitives, kUint, primitive_id + first);
+    hn::Store(geometries, kUint, geometry_id + first);
+  }
+
+  /// Sets those of lanes whose hits are not in the group.
+  HWY_NOINLINE void Finish(const TraceTask& task, const GroupLanes<kMost>& group, LaneMask others) {
+    FinishedHits finished(task);
+    const auto finish = [&]() HWY_ATTR {
+      finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR { Set(finished.number(i), hit); });
+    };
+    ForEachLane(others, [&](size_t lane) HWY_ATTR {
+      const uint32_t state = group.state[lane];
+      if (!(state & RayRecord::kInLeaf)) {
+        return Set(lane, task.FullHitOf(static_cast<RayNumber>(lane), state));
+      }
+      finished.Add(static_cast<RayNumber>(lane));
+      if (finished.count() == FinishedHits::kMost) finish();
+    });
+    if (finished.count() > 0) finish();
+  }
+
   template <class Tag>
   HWY_INLINE void Write(Tag d, const RayPacket& packet) const {
     const size_t count = packet.lanes;

@@ -55,8 +55,9 @@ inline constexpr WalkCosts kClosestCosts{46, 7, 120, 4.6f}, kAnyCosts{25, 7, 64,
 inline constexpr std::size_t kRestForLists = 512, kRunOfLists = 8192;
 
 /// Lanes of a group up to which their rays are tested one by one against the triangles of a leaf
-/// side by side, instead of the triangles one by one.
-inline constexpr std::size_t kFewInLeaf = 6;
+/// side by side, instead of the triangles one by one: where rays run close together, those of the
+/// triangles that none of them meets are left out.
+inline constexpr std::size_t kFewInLeaf = 6, kFewTogetherInLeaf = 3;
 
 /// Nodes and leaves that one ray of a group is taken to visit when it goes its own way.
 inline constexpr uint32_t kVisitsAlone = 3;
