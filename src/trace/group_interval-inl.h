@@ -74,7 +74,7 @@ struct FourBounds {
 #if HWY_TARGET != HWY_SCALAR
   /// What it makes of every fourth lane.
   template <class Tag, class OfTwo>
-  static HWY_INLINE auto OfQuads(Tag d, hn::Vec<Tag> quads, const OfTwo& of_two) {
+  static HWY_INLINE auto OfQuads(Tag, hn::Vec<Tag> quads, const OfTwo& of_two) {
     if constexpr (hn::MaxLanes(Tag()) == 4) {
       return quads;
     } else {
