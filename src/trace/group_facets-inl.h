@@ -232,24 +232,20 @@ class GroupFacets {
                             const TestTriangles& triangle, const PairTermsOf<V>& terms, M closer,
                             V distance, V key) {
     // Not stored with a mask: on some processors that takes ten times as long.
-    const auto keep = [closer, first](V v, float* values) HWY_ATTR {
-      hn::Store(hn::IfThenElse(closer, v, hn::Load(kFloat, values + first)), kFloat,
-                values + first);
+    const auto keep = [closer, first](auto v, auto* values) HWY_ATTR {
+      const hn::DFromV<decltype(v)> d;
+      const auto other = hn::Load(d, values + first);
+      hn::Store(hn::IfThenElse(hn::RebindMask(d, closer), v, other), d, values + first);
     };
     keep(distance, lanes_.t);
     keep(terms.u, lanes_.u);
     keep(terms.v, lanes_.v);
     keep(terms.den, lanes_.den);
     for (int axis = 0; axis < 3; ++axis) keep(triangle.ng[axis], lanes_.ng[axis]);
-    const auto state =
-        hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
-                           static_cast<uint32_t>(i << RayRecord::kLaneShift));
-    const auto closer_too = hn::RebindMask(kUint, closer);
-    hn::Store(hn::IfThenElse(closer_too, state, hn::Load(kUint, lanes_.state + first)), kUint,
-              lanes_.state + first);
-    hn::Store(hn::IfThenElse(closer_too, hn::Set(kUint, leaf.bits()),
-                             hn::Load(kUint, lanes_.hit + first)),
-              kUint, lanes_.hit + first);
+    keep(hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
+                            static_cast<uint32_t>(i << RayRecord::kLaneShift)),
+         lanes_.state);
+    keep(hn::Set(kUint, leaf.bits()), lanes_.hit);
     hn::Store(hn::IfThenElse(closer, key, rays.tfar), kFloat, lanes_.tfar + first);
   }
 

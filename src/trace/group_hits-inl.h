@@ -119,7 +119,7 @@ struct GroupHits {
     GeometryTable::Name name{};
     uint32_t geometry_id = 0;
     bool is_second = false;
-    bool has_own_values = false;  ///< u, v and normal are not those of the triangle test
+    bool has_own_values = false;  ///< u and v are not those of the triangle test
 
     explicit HitTriangle(const TraceTask& task_) : task(task_) {}
 

@@ -12,6 +12,7 @@
 #include "geometry/four_by_four-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "trace/group_lanes-inl.h"
+#include "trace/policy.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

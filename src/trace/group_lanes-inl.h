@@ -7,14 +7,11 @@
 #define DACRT_TRACE_GROUP_LANES_INL_H_
 #endif
 
-#include <cmath>
 #include <cstring>
 
-#include "geometry/box.h"
 #include "geometry/four_by_four-inl.h"
-#include "geometry/wide_node-inl.h"
+#include "geometry/ray_box-inl.h"
 #include "rays/load_records-inl.h"
-#include "trace/policy.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {

@@ -17,6 +17,7 @@
 
 #include "trace/enter_group-inl.h"
 #include "trace/group_leaf-inl.h"
+#include "trace/policy.h"
 #include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();

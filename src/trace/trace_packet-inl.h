@@ -11,6 +11,7 @@
 #include "rays/load_records-inl.h"
 #include "rays/write_record-inl.h"
 #include "trace/group_hits-inl.h"
+#include "trace/policy.h"
 #include "trace/stack_memory.h"
 #include "trace/trace_lone-inl.h"
 #include "trace/trace_rays-inl.h"

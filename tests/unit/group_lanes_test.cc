@@ -137,8 +137,11 @@ void BoundsAreThoseOfTheLanesOf() {
       const bool takes_part = all || random.Below(3) != 0;
       lanes |= LaneMask{takes_part} << lane;
       for (size_t row = 0; row < 4; ++row) {
-        rows[row][lane] = takes_part ? random.Uniform(-9, 9) : unit::kNaN;
-        if (!takes_part) continue;
+        if (!takes_part) {
+          rows[row][lane] = random.Below(2) == 0 ? unit::kNaN : random.Uniform(-99, 99);
+          continue;
+        }
+        rows[row][lane] = random.Uniform(-9, 9);
         least[row] = std::min(least[row], rows[row][lane]);
         largest[row] = std::max(largest[row], rows[row][lane]);
       }
