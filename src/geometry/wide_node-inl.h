@@ -11,8 +11,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "geometry/box.h"
@@ -30,28 +28,14 @@ constexpr EightTag kEightTag;
 constexpr size_t kPartLanes = hn::MaxLanes(EightTag());
 constexpr size_t kParts = 8 / kPartLanes;
 
-/// The size of a node's steps on an axis, in all lanes: the upper half of the word that ends there.
-HWY_INLINE EightPart ScaleOf(const WideNode& node, int axis) {
-  static_assert(std::endian::native == std::endian::little &&
-                offsetof(WideNode, scale) >= sizeof(uint16_t));
-  const hn::RebindToUnsigned<EightTag> du;
-  uint32_t word;
-  memcpy(&word, reinterpret_cast<const char*>(&node.scale[axis]) - sizeof(uint16_t), sizeof(word));
-  return hn::BitCast(kEightTag, hn::And(hn::Set(du, word), hn::Set(du, 0xFFFF0000u)));
+/// The number of eight bits that is not below `value`, which is not negative.
+inline float EightBitsNotBelow(float value) {
+  return std::bit_cast<float>((std::bit_cast<uint32_t>(value) + 0xFFFFu) & 0xFFFF0000u);
 }
 
-inline float FromUpperHalf(uint16_t half) {
-  const uint32_t bits = uint32_t{half} << 16;
-  float value;
-  memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-/// The number with a 16-bit form that is not below `value`, which is not negative.
-inline uint16_t UpperHalfNotBelow(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof(bits));
-  return static_cast<uint16_t>((bits + 0xFFFFu) >> 16);
+/// The one after such a number.
+inline float NextOfEightBits(float value) {
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(value) + 0x10000u);
 }
 
 /// The largest number below a finite one that is not the least.
@@ -114,7 +98,7 @@ struct ChildPlanes {
     const uint8_t* const steps = &node.lower[0][0];
     for (int axis = 0; axis < 3; ++axis) {
       const EightPart origin = move(hn::Set(kEightTag, node.origin[axis]), axis);
-      const EightPart scale = ScaleOf(node, axis);
+      const EightPart scale = hn::Set(kEightTag, node.scale[axis]);
       for (size_t part = 0; part < kParts; ++part) {
         near[part][axis] =
             DecodeFaces(steps + offsets.near[axis] + part * kPartLanes, origin, scale);
@@ -186,12 +170,11 @@ inline void ChildBoxes::EncodeAxis(int axis, size_t count, WideNode& node) {
   const float margin = (end - origin) * kPlaneMargin;
   origin = std::min(origin - margin, NextBelow(origin));
   const float extent = end - origin + margin;
-  uint16_t scale = UpperHalfNotBelow(extent / 255.0f);
+  float step = EightBitsNotBelow(extent / 255.0f);
   // Of two numbers of eight bits the product is exact.
-  while (255.0f * FromUpperHalf(scale) < extent) ++scale;
+  while (255.0f * step < extent) step = NextOfEightBits(step);
   node.origin[axis] = origin;
-  node.scale[axis] = scale;
-  const float step = FromUpperHalf(scale);
+  node.scale[axis] = step;
   const auto v_step = hn::Set(kEightTag, step), v_origin = hn::Set(kEightTag, origin),
              v_margin = hn::Set(kEightTag, margin),
              v_inverse = hn::Set(kEightTag, step > 0 ? 1.0f / step : 0.0f);

@@ -69,13 +69,12 @@ struct alignas(64) WideNode {
   static constexpr std::size_t kWidth = 8;
 
   float origin[3];
-  uint16_t scale[3];  ///< upper half of a float: the size of a step
-  uint8_t count;      ///< children
-  uint8_t unused;
+  float scale[3];  ///< the size of a step, a number of eight bits
   uint8_t lower[3][kWidth];
   uint8_t upper[3][kWidth];
   uint32_t child[kWidth];  ///< bits of a ChildWord each
   uint32_t lock;           ///< of the leaves; see TryLockLeaves
+  uint8_t count;           ///< children
   uint8_t bare;            ///< a bit a child; see BareLeaves
   uint8_t stale;           ///< the same; see StaleLeaves
 

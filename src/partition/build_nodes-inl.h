@@ -20,7 +20,6 @@ namespace HWY_NAMESPACE {
 
 /// Sets what stands behind the volumes of a new node.
 inline void SetChildren(const ChildWord* words, size_t count, WideNode& node) {
-  node.unused = 0;
   node.lock = 0;
   node.bare = 0;
   node.stale = 0;

@@ -58,7 +58,7 @@ inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
             hn::Max(hn::Sub(hn::PromoteTo(di, hn::LoadU(d8, node.upper[axis] + first)),
                             hn::PromoteTo(di, hn::LoadU(d8, node.lower[axis] + first))),
                     hn::Zero(di));
-        edge[axis] = hn::Mul(hn::ConvertTo(kEightTag, steps), ScaleOf(node, axis));
+        edge[axis] = hn::Mul(hn::ConvertTo(kEightTag, steps), hn::Set(kEightTag, node.scale[axis]));
       }
       surfaces =
           hn::MulAdd(edge[0], hn::Add(edge[1], edge[2]), hn::MulAdd(edge[1], edge[2], surfaces));

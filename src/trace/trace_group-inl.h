@@ -18,7 +18,7 @@
 #include "trace/enter_group-inl.h"
 #include "trace/group_leaf-inl.h"
 #include "trace/policy.h"
-#include "trace/trace_one-inl.h"
+#include "trace/trace_few-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -44,6 +44,12 @@ class GroupTracer {
   void TraceLanes(ChildWord root, LaneMask active, ListMemory memory) {
     rays_.BeginLanes(active);
     TraceActive(root, active, memory);
+  }
+
+  /// The same for rays that have next to nothing in common.
+  void TraceLanesApart(ChildWord root, LaneMask active, ListMemory memory) {
+    rays_.BeginLanes(active);
+    TraceFew(root, active, memory);
   }
 
   /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kMost.
@@ -86,7 +92,7 @@ class GroupTracer {
       } else if (lanes <= policy::kFewRays || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
         visits_.count += policy::kVisitsAlone * lanes;
         visits_.lanes += policy::kVisitsAlone * lanes;
-        ForEachLane(active, [&](size_t lane) { TraceAlone(child, lane, memory); });
+        TraceFew(child, active, memory);
       } else if (HWY_UNLIKELY(child.IsSubset())) {
         const auto walk = [&](ChildWord node) { Walk(node, active, memory, enter); };
         if (const auto opened = OpenForGroup(child.number(), active, memory, walk)) {
@@ -132,10 +138,11 @@ class GroupTracer {
     return lanes & within;
   }
 
-  void TraceAlone(ChildWord child, size_t lane, ListMemory memory) {
-    const RayRecord& ray = rays_.RecordOf(lane);
-    OneTracer<kQuery>(task_).Trace(child, rays_.numbers()[lane], memory);
-    lanes_.LoadHit(lane, ray);
+  /// The rays of some lanes, each in its own way.
+  void TraceFew(ChildWord child, LaneMask active, ListMemory memory) {
+    rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
+      FewTracer<kQuery>(task_).Trace(child, list, count, memory);
+    });
   }
 
   /// OpenSubset for the rays of some lanes, which `walk(node)` traces from a node on.

@@ -16,7 +16,7 @@
 
 #include "trace/order_children-inl.h"
 #include "trace/ray_lists-inl.h"
-#include "trace/trace_one-inl.h"
+#include "trace/trace_few-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -36,10 +36,7 @@ class ListTracer {
       return TestLeaf<kQuery>(task_, child, list, count, memory);
     }
     if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
-      for (size_t i = 0; i < count; ++i) {
-        OneTracer<kQuery>(task_).Trace(child, list[i], memory);
-      }
-      return;
+      return FewTracer<kQuery>(task_).Trace(child, list, count, memory);
     }
     if (HWY_UNLIKELY(child.IsSubset())) {
       const auto opened = OpenSubset<kQuery>(

@@ -27,12 +27,38 @@ struct OpenChildren {
   uint32_t visits = 0;          ///< where any hit will do, of children
   bool goes_backwards = false;  ///< there, from the last of a node's children on
 
+  /// The one of the children that are entered, of which there is one, to which a ray goes first; the
+  /// others are open then.
+  template <Query kQuery>
+  HWY_INLINE ChildWord Take(const PartitionView& partition, const WideNode& node, uint32_t entered,
+                            const float* distances) {
+    return kQuery == Query::kClosest ? Nearest(partition, node, entered, distances)
+                                     : First(partition, node, entered);
+  }
+
+  /// Whether the children of another node may find no room.
+  bool IsFull() const { return count + WideNode::kWidth > kMost; }
+
+  /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
+  template <Query kQuery>
+  HWY_INLINE bool Next(float tfar, ChildWord& next) {
+    if constexpr (kQuery == Query::kAny) ++visits;
+    // Where any hit will do there are no distances.
+    do {
+      if (count == 0) return false;
+      --count;
+    } while (kQuery == Query::kClosest && !(distance[count] <= tfar));
+    next = ChildWord(word[count]);
+    return true;
+  }
+
   HWY_INLINE void Push(float d, ChildWord child) {
     distance[count] = d;
     word[count++] = child.bits();
   }
 
-  /// The nearest of the children that are entered, of which there is one; the others are open then.
+ private:
+  /// The nearest, of closest hits.
   HWY_INLINE ChildWord Nearest(const PartitionView& partition, const WideNode& node,
                                uint32_t entered, const float* distances) {
     const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
@@ -63,20 +89,7 @@ struct OpenChildren {
     return ChildWord(word[--count]);
   }
 
-  /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
-  template <Query kQuery>
-  HWY_INLINE bool Next(float tfar, ChildWord& next) {
-    if constexpr (kQuery == Query::kAny) ++visits;
-    // Where any hit will do there are no distances.
-    do {
-      if (count == 0) return false;
-      --count;
-    } while (kQuery == Query::kClosest && !(distance[count] <= tfar));
-    next = ChildWord(word[count]);
-    return true;
-  }
-
-  /// The first of them in the order of a walk; the others are open then.
+  /// The first in the order of a walk, of any hits.
   HWY_INLINE ChildWord First(const PartitionView& partition, const WideNode& node,
                              uint32_t entered) {
     ++visits;
@@ -91,7 +104,6 @@ struct OpenChildren {
     }
   }
 
- private:
   /// Sorts those from `bottom` on, of which there are a few.
   HWY_INLINE void Sort(size_t bottom) {
     for (size_t i = bottom + 1; i < count; ++i) {
@@ -115,6 +127,19 @@ HWY_INLINE const LeafBlock* PlainBlock(const PartitionView& partition, ChildWord
   return HWY_LIKELY(block->IsPlain()) ? block : nullptr;
 }
 
+/// The children of a node that a ray enters which goes its own way, a bit each, and, of closest hits,
+/// where: the nearest hit wants the nearest children first; to be blocked, any order will do.
+template <Query kQuery>
+HWY_INLINE uint32_t EnterAlone(const WideNode& node, const LoneSlabRay& ray,
+                               const PlaneOffsets& offsets, float tfar, float* distances) {
+  const auto store = [&](size_t part, EightPart entry) HWY_ATTR {
+    if constexpr (kQuery == Query::kClosest) {
+      hn::Store(entry, kEightTag, distances + part * kPartLanes);
+    }
+  };
+  return ray.Enter(node, offsets, tfar, store) & node.UsedChildren();
+}
+
 /// What comes of a leaf or a subset.
 enum class WalkStep {
   kNext,   ///< the next open child
@@ -130,27 +155,17 @@ enum class WalkStep {
 template <Query kQuery, class Host>
 HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, ChildWord& child,
                         OpenChildren& open, const Host& host) {
-  // The nearest hit wants the nearest children first; to be blocked, any order will do.
-  constexpr bool kOrders = kQuery == Query::kClosest;
   const LoneSlabRay slab_ray{SlabRay(ray)};
   const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
   for (;;) {
     if (HWY_LIKELY(child.IsInner())) {
       WideNode& node = partition.nodes[child.number()];
-      HWY_ALIGN float distance[WideNode::kWidth];
-      uint32_t entered =
-          slab_ray.Enter(node, offsets, ray.tfar,
-                         [&](size_t part, EightPart entry) HWY_ATTR {
-                           if constexpr (kOrders) {
-                             hn::Store(entry, kEightTag, distance + part * kPartLanes);
-                           }
-                         }) &
-          node.UsedChildren();
+      HWY_ALIGN float distances[WideNode::kWidth];
+      const uint32_t entered = EnterAlone<kQuery>(node, slab_ray, offsets, ray.tfar, distances);
       if (entered != 0) {
         if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;
-        child = kOrders ? open.Nearest(partition, node, entered, distance)
-                        : open.First(partition, node, entered);
-        if (HWY_UNLIKELY(open.count + WideNode::kWidth > OpenChildren::kMost)) return false;
+        child = open.Take<kQuery>(partition, node, entered, distances);
+        if (HWY_UNLIKELY(open.IsFull())) return false;
         continue;
       }
     } else {
@@ -179,7 +194,12 @@ class OneTracer {
   void Resume(ChildWord child, OpenChildren& open, RayNumber number, ListMemory memory) const {
     const Host host{*this, number, memory};
     if (HWY_LIKELY(WalkOne<kQuery>(task_.partition, task_.rays[number], child, open, host))) return;
-    // The stack is full, which no sound partition comes to: each open child on one of its own.
+    TraceEach(child, open, number, memory);
+  }
+
+  /// A full stack, which no sound partition comes to: `child` and each open one on one of its own.
+  HWY_NOINLINE void TraceEach(ChildWord child, OpenChildren& open, RayNumber number,
+                              ListMemory memory) const {
     open.Push(-1, child);
     for (size_t i = open.count; i-- > 0;) {
       if (kQuery == Query::kAny && task_.rays[number].tfar < 0) return;
@@ -189,7 +209,7 @@ class OneTracer {
     }
   }
 
- private:
+  /// What a walk of one of the rays asks.
   struct Host {
     HWY_INLINE bool Enter(WideNode& node, uint32_t entered) const {
       if (HWY_UNLIKELY(node.BareLeaves(entered))) {
@@ -224,6 +244,7 @@ class OneTracer {
     const ListMemory memory;
   };
 
+ private:
   const TraceTask& task_;
   const bool tests_plainly_;
 };

@@ -75,7 +75,10 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   GroupLanes<kPacketRays> lanes;
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
-  if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
+  const bool are_apart = !scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active);
+  const bool go_abreast = kQuery == Query::kAny && !scene.is_small &&
+                          hwy::PopCount(active) >= policy::kFewAbreast;
+  if (are_apart && !go_abreast) {
     return TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
   }
   StackMemory<kPacketRays> memory;
@@ -93,7 +96,12 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  nullptr,
                  FinishHit,
                  packet.instance_value};
-  TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene));
+  if (are_apart) {
+    GroupTracer<kQuery, kPacketRays>(task, lanes)
+        .TraceLanesApart(scene.kept->root(), active, memory.Lists());
+  } else {
+    TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene));
+  }
   if constexpr (kQuery == Query::kAny) {
     ForEachLane(lanes.Blocked(active), [&](size_t lane) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));

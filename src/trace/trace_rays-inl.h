@@ -22,7 +22,7 @@ template <Query kQuery>
 void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t begin, size_t end,
                  ListMemory memory) {
   const size_t count = end - begin;
-  if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
+  if (!HasRoom(memory, ListBytes(count))) {
     for (size_t i = begin; i < end; ++i) {
       OneTracer<kQuery>(task).Trace(root, static_cast<RayNumber>(i), memory);
     }
@@ -37,15 +37,23 @@ void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t 
 template <Query kQuery>
 void TraceLoaded(const TraceTask& task, const LoadedRays& rays, ListMemory memory) {
   const ChildWord root = task.scene.kept->root();
+  RayNumber few[LoadedRays::kOctants * policy::kFewRays];
+  size_t few_count = 0;
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
-    TraceOctant<kQuery>(task, root, octant, rays.begin[octant], rays.end[octant], memory);
+    const size_t begin = rays.begin[octant], end = rays.end[octant];
+    if (end - begin > policy::kFewRays) {
+      TraceOctant<kQuery>(task, root, octant, begin, end, memory);
+    } else {
+      for (size_t i = begin; i < end; ++i) few[few_count++] = static_cast<RayNumber>(i);
+    }
   }
+  FewTracer<kQuery>(task).Trace(root, few, few_count, memory);
 }
 
 /// Rays 0 to count - 1 of a task, in no order, from `root` on.
 template <Query kQuery>
 void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemory memory) {
-  if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
+  if (!HasRoom(memory, ListBytes(count))) {
     for (size_t i = 0; i < count; ++i) {
       OneTracer<kQuery>(task).Trace(root, static_cast<RayNumber>(i), memory);
     }
@@ -54,6 +62,7 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
   if (count <= kPacketRays) {
     RayNumber list[kPacketRays];
     for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(i);
+    if (count <= policy::kFewRays) return FewTracer<kQuery>(task).Trace(root, list, count, memory);
     GroupLanes<kPacketRays> lanes;
     return GroupTracer<kQuery, kPacketRays>(task, lanes).TraceRecords(root, list, count, memory);
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -55,7 +56,8 @@ RayRecord RecordOf(const Float3& org, const Float3& dir) {
 struct Way {
   size_t list_bytes = 0;        ///< 0: each ray goes its own way
   bool keeps_leaf_hits = true;
-  bool has_scratch = true;  ///< to split in
+  bool has_scratch = true;    ///< to split in
+  bool are_abreast = false;   ///< by FewTracer
 };
 
 /// Lets rays through a partition.
@@ -85,7 +87,13 @@ class Tracer {
     // The memory of lists ends at a page that may not be touched.
     const unit::GuardedArray<std::byte> bytes(way.list_bytes, 64);
     const ListMemory memory{bytes.begin(), bytes.end()};
-    TraceRaysFrom<kQuery>(task, root_, count, memory);
+    if (way.are_abreast) {
+      std::vector<RayNumber> list(count);
+      std::iota(list.begin(), list.end(), RayNumber{0});
+      FewTracer<kQuery>(task).Trace(root_, list.data(), count, memory);
+    } else {
+      TraceRaysFrom<kQuery>(task, root_, count, memory);
+    }
     std::vector<Answer> answers;
     for (size_t i = 0; i < count; ++i) {
       if (kQuery == Query::kAny) {
@@ -222,6 +230,17 @@ void DeeperThanAnyStack() {
         ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any) << bytes << " bytes";
       }
     }
+    // Some side by side, as many as there are, and more and less than go abreast.
+    for (const size_t count : {2, 3, 4, 5, 9, 60}) {
+      const std::vector<RayRecord> some(rays.begin(), rays.begin() + count);
+      const Way way{0, true, true, true};
+      const auto closest = tracer.Trace<Query::kClosest>(some, way);
+      const auto any = tracer.Trace<Query::kAny>(some, way);
+      for (size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
+        ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
+      }
+    }
     // Alone, which is how single rays come.
     for (size_t i = 0; i < rays.size(); ++i) {
       ASSERT_EQ(tracer.Trace<Query::kClosest>({rays[i]}, {0, true})[0], expected[i]) << "ray " << i;
@@ -290,9 +309,11 @@ void EveryBudgetAndEveryMemory() {
           // Twice: through what the first call has left.
           for (int call = 0; call < 2; ++call) {
             Tracer tracer(*soup.scene, soup.scene->partition(), soup.scene->kept->root());
-            const Way way{bytes, keeps, has_scratch};
-            ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
-            ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);
+            for (const bool are_abreast : {false, true}) {
+              const Way way{bytes, keeps, has_scratch, are_abreast};
+              ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
+              ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);
+            }
           }
         }
       }

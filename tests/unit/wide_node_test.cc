@@ -348,15 +348,18 @@ void UnusedChildrenAreInsideOut() {
   }
 }
 
-void UpperHalvesAreRoundedUp() {
+void NumbersOfEightBitsAreRoundedUp() {
   Random random(4);
   for (int i = 0; i < 10000; ++i) {
     const float value = std::abs(random.AnyMagnitude(1e-37f, 1e30f));
-    const uint16_t half = UpperHalfNotBelow(value);
-    ASSERT_GE(FromUpperHalf(half), value);
-    ASSERT_LT(FromUpperHalf(static_cast<uint16_t>(half - 1)), value);
+    const float eight_bits = EightBitsNotBelow(value);
+    ASSERT_EQ(std::bit_cast<uint32_t>(eight_bits) & 0xFFFFu, 0u);
+    ASSERT_GE(eight_bits, value);
+    const float before = std::bit_cast<float>(std::bit_cast<uint32_t>(eight_bits) - 0x10000u);
+    ASSERT_LT(before, value);
+    ASSERT_EQ(NextOfEightBits(before), eight_bits);
   }
-  EXPECT_EQ(UpperHalfNotBelow(0.0f), 0);
+  EXPECT_EQ(EightBitsNotBelow(0.0f), 0.0f);
 }
 
 }  // namespace
@@ -375,7 +378,7 @@ HWY_EXPORT_AND_TEST_P(WideNodeTest, StepsSpanTheWhole);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, ScenesOfEveryShape);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, RaysEnterTheChildrenTheyMeet);
 HWY_EXPORT_AND_TEST_P(WideNodeTest, UnusedChildrenAreInsideOut);
-HWY_EXPORT_AND_TEST_P(WideNodeTest, UpperHalvesAreRoundedUp);
+HWY_EXPORT_AND_TEST_P(WideNodeTest, NumbersOfEightBitsAreRoundedUp);
 
 /// Which of its four kinds a word is of, by what it says of itself; nothing if it says two things.
 std::string KindsOf(ChildWord word) {
