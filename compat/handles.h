@@ -8,8 +8,9 @@
 #include <mutex>
 #include <new>
 #include <type_traits>
-#include <unordered_map>
 #include <utility>
+
+#include "pointer_map.h"
 
 namespace dacrt::compat {
 
@@ -56,22 +57,21 @@ class HandleTable {
     const std::lock_guard lock(mutex_);
     // Where there is no memory for the entry, `object` still holds the object, and ends it after
     // the lock: destructors call Forget.
-    Entry& entry = entries_[handle];
-    entry = {object, object, 1};
+    entries_.Add(handle, {object, object, 1});
     return handle;
   }
 
   /// Null if `handle` is not alive. Never looks at what it points to.
   std::shared_ptr<Object> Find(const Object* handle) const {
     const std::lock_guard lock(mutex_);
-    const auto entry = entries_.find(handle);
-    return entry == entries_.end() ? nullptr : entry->second.object.lock();
+    const Entry* const entry = entries_.Find(handle);
+    return entry ? entry->object.lock() : nullptr;
   }
 
   /// One more reference of the program to `object`, which is alive.
   void Retain(std::shared_ptr<Object> object) {
     const std::lock_guard lock(mutex_);
-    Entry& entry = entries_.at(object.get());
+    Entry& entry = *entries_.Find(object.get());
     if (entry.references++ == 0) entry.held = std::move(object);
   }
 
@@ -79,7 +79,7 @@ class HandleTable {
   bool Release(const Object* object) {
     std::shared_ptr<Object> last;  // Destroyed after the lock: destructors call Forget.
     const std::lock_guard lock(mutex_);
-    Entry& entry = entries_.at(object);
+    Entry& entry = *entries_.Find(object);
     if (entry.references == 0) return false;
     if (--entry.references == 0) last = std::move(entry.held);
     return true;
@@ -88,7 +88,7 @@ class HandleTable {
   /// Called by the object's destructor.
   void Forget(const Object* handle) {
     const std::lock_guard lock(mutex_);
-    entries_.erase(handle);
+    entries_.Remove(handle);
   }
 
  private:
@@ -99,7 +99,7 @@ class HandleTable {
   };
 
   mutable std::mutex mutex_;
-  std::unordered_map<const Object*, Entry> entries_;
+  PointerMap<Entry> entries_;
 };
 
 }  // namespace dacrt::compat

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "session.h"
@@ -142,6 +145,37 @@ TEST(DropInLifetime, ReleasedHandlesAreRefused) {
     call();
     EXPECT_EQ(api.rtcGetDeviceError(nullptr), RTC_ERROR_INVALID_ARGUMENT);
   }
+}
+
+// A handle whose place another one had taken before was not found.
+TEST(DropInLifetime, ManyHandlesComeAndGoInAnyOrder) {
+  const Api& api = DropIn();
+  const RTCDevice device = api.rtcNewDevice(nullptr);
+  std::vector<RTCGeometry> alive, gone;
+  uint32_t random = 1;
+  const auto next = [&](std::size_t below) {
+    random = random * 1664525 + 1013904223;
+    return static_cast<std::size_t>(random >> 8) % below;
+  };
+  const auto answers = [&](RTCGeometry geometry) {
+    api.rtcSetGeometryMask(geometry, 1);
+    return api.rtcGetDeviceError(nullptr) == RTC_ERROR_NONE;
+  };
+  for (const std::size_t count : {1000u, 10u, 300u, 0u, 50u, 0u}) {
+    while (alive.size() < count) {
+      alive.push_back(api.rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
+      std::erase(gone, alive.back());
+    }
+    while (alive.size() > count) {
+      std::swap(alive[next(alive.size())], alive.back());
+      api.rtcReleaseGeometry(alive.back());
+      gone.push_back(alive.back());
+      alive.pop_back();
+    }
+    EXPECT_TRUE(std::ranges::all_of(alive, answers)) << count;
+    EXPECT_TRUE(std::ranges::none_of(gone, answers)) << count;
+  }
+  api.rtcReleaseDevice(device);
 }
 
 TEST(DropInLifetime, HandlesOfAnotherTypeAreRefused) {
