@@ -73,12 +73,14 @@ Geometry::~Geometry() { HandleTable<Geometry>::Instance().Forget(this); }
 
 void Geometry::Commit() {
   if (time_steps_ == 0) throw ApiError(RTC_ERROR_INVALID_OPERATION, "geometry has no time steps");
-  buffers_.CheckForCommit();
+  if (!IsInstance()) {  // which has no buffers in which something may have changed
+    buffers_.CheckForCommit();
+    ++changes_;
+    static std::atomic<uint64_t> last_revision{0};
+    revision_ = ++last_revision;
+  }
   is_modified_ = false;
   ++version_;
-  ++changes_;
-  static std::atomic<uint64_t> last_revision{0};
-  revision_ = ++last_revision;
 }
 
 uint64_t Geometry::version() const {
@@ -225,7 +227,7 @@ void Geometry::SetTransform(unsigned int time_step, const TransformStep& transfo
                    " is not below the number of time steps, which is ", transforms_.size());
   }
   transforms_[time_step] = transform;
-  ++changes_;
+  ++placements_;
 }
 
 AffineTransform Geometry::TransformAt(float time) const {

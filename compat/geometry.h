@@ -39,8 +39,11 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   /// Grows whenever a scene that holds this geometry needs another commit.
   uint64_t version() const;
 
-  /// Grows whenever Describe would say something else, also where that alone asks for no commit.
+  /// Grows whenever Describe would say something else, but for where an instance stands, also where
+  /// that alone asks for no commit.
   uint64_t description_version() const;
+  /// The same for where an instance stands.
+  uint64_t placement_version() const { return placements_; }
 
   void SetEnabled(bool enabled);
   bool is_enabled() const { return is_enabled_; }
@@ -85,6 +88,7 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void SetInstancedScene(std::shared_ptr<Scene> scene);
   void SetTransform(unsigned int time_step, const TransformStep& transform);
   AffineTransform TransformAt(float time) const;
+  const std::vector<TransformStep>& transforms() const { return transforms_; }
   const std::shared_ptr<Scene>& instanced_scene() const { return instanced_scene_; }
 
   /// What a scene cannot do without, and the geometry does not have; null if there is no such
@@ -109,23 +113,25 @@ class Geometry : public std::enable_shared_from_this<Geometry> {
   void CheckIsInstance() const;
   void CheckMayFilter() const;
 
+  // What a commit of the scene asks of each geometry stands together.
   const std::shared_ptr<Device> device_;
   const RTCGeometryType type_;
-  GeometryBuffers buffers_;
-  GeometryCallbacks callbacks_;
+  RTCBuildQuality build_quality_ = RTC_BUILD_QUALITY_MEDIUM;
+  std::shared_ptr<Scene> instanced_scene_;
+  uint64_t version_ = 0;
+  uint64_t changes_ = 0;     ///< calls that changed the description but for the transforms
+  uint64_t placements_ = 0;  ///< calls that changed these
+  bool is_enabled_ = true;
+  bool is_modified_ = true;
+  uint32_t mask_ = UINT32_MAX;
+  std::vector<TransformStep> transforms_ = std::vector<TransformStep>(1);
   unsigned int time_steps_ = 1;
   TimeRange time_range_;
   unsigned int user_primitives_ = 0;
-  std::shared_ptr<Scene> instanced_scene_;
-  std::vector<TransformStep> transforms_ = std::vector<TransformStep>(1);
-  void* user_data_ = nullptr;
-  uint64_t version_ = 0;
-  uint64_t changes_ = 0;   ///< calls that changed the description
   uint64_t revision_ = 0;  ///< of what was committed: no two are the same, whatever geometry's
-  RTCBuildQuality build_quality_ = RTC_BUILD_QUALITY_MEDIUM;
-  uint32_t mask_ = UINT32_MAX;
-  bool is_enabled_ = true;
-  bool is_modified_ = true;
+  void* user_data_ = nullptr;
+  GeometryBuffers buffers_;
+  GeometryCallbacks callbacks_;
 };
 
 inline Device& DeviceOf(Geometry& geometry) { return *geometry.device(); }

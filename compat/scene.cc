@@ -179,8 +179,9 @@ Scene::Changes Scene::FindChanges() {
       changes.need_snapshot |= !scene || shown != scene->CommittedShared().get();
     }
     if (is_enabled != was_visible || geometry.version() != attached.committed_version ||
-        geometry.description_version() != attached.committed_description) {
-      changes.described_anew.push_back(&place);
+        geometry.description_version() != attached.committed_description ||
+        geometry.placement_version() != attached.committed_placement) {
+      (attached.HasMovedAtMost() ? changes.moved : changes.described_anew).push_back(&place);
     }
   }
   for (auto& gone : gone_) {
@@ -234,7 +235,12 @@ bool Scene::Update(const Changes& changes, Used& dropped) {
     if (used.size() - used_before != attached.trace.used_count) return false;
   }
   for (auto* gone : changes.gone) hide(gone->first, gone->second);
-  if (!snapshot_->Update(std::move(descriptions), changes.always_refit)) return false;
+  std::vector<Placement> placements;
+  placements.reserve(changes.moved.size());
+  for (const Place* place : changes.moved) {
+    placements.push_back({place->first, place->second.geometry->transforms()});
+  }
+  if (!snapshot_->Update(std::move(descriptions), placements, changes.always_refit)) return false;
   auto next_used = used.begin();
   for (const Trace* trace : traces) {
     next_used =
@@ -242,6 +248,7 @@ bool Scene::Update(const Changes& changes, Used& dropped) {
                          snapshot_->used().begin() + trace->used + trace->used_count, next_used);
   }
   for (Place* place : changes.described_anew) SetCommitted(place->second);
+  for (Place* place : changes.moved) SetCommitted(place->second);
   for (auto* gone : changes.gone) gone->second.is_visible = false;
   dropped = std::move(used);
   committed_revision_ = revision_;
@@ -265,6 +272,7 @@ void Scene::SetCommitted(Attached& attached) {
   const Geometry& geometry = *attached.geometry;
   attached.committed_version = geometry.version();
   attached.committed_description = geometry.description_version();
+  attached.committed_placement = geometry.placement_version();
   attached.trace.is_visible = geometry.is_enabled();
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -96,7 +97,14 @@ class Scene : public std::enable_shared_from_this<Scene> {
     std::shared_ptr<Geometry> geometry;
     uint64_t committed_version = 0;      ///< Geometry::version() at the last commit
     uint64_t committed_description = 0;  ///< Geometry::description_version()
+    uint64_t committed_placement = 0;    ///< Geometry::placement_version()
     Trace trace;
+
+    /// Whether the snapshot shows this instance, and where it stands is all that may have changed.
+    bool HasMovedAtMost() const {
+      return trace.is_visible && trace.shown && geometry->is_enabled() &&
+             geometry->description_version() == committed_description;
+    }
   };
   using Place = std::pair<const unsigned int, Attached>;
 
@@ -106,6 +114,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
     bool need_snapshot = false;  ///< more than the descriptions of some geometries
     bool always_refit = true;    ///< all are of REFIT quality
     std::vector<Place*> described_anew;
+    std::vector<Place*> moved;  ///< instances that are otherwise what they were
     std::vector<std::pair<const unsigned int, Trace>*> gone;
   };
 
@@ -138,8 +147,9 @@ class Scene : public std::enable_shared_from_this<Scene> {
     void TakeCopy(const Snapshot& previous) { scene_.TakeCopy(previous.scene_); }
 
     /// Whether the scene is now as `changed` says; else it is as before.
-    bool Update(std::vector<dacrt::Geometry> changed, bool always_refit) {
-      return scene_.Update(std::move(changed), always_refit);
+    bool Update(std::vector<dacrt::Geometry> changed, std::span<const Placement> placed,
+                bool always_refit) {
+      return scene_.Update(std::move(changed), placed, always_refit);
     }
 
     /// Keeps what the scene refers to as long as it is there.

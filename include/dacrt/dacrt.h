@@ -190,6 +190,13 @@ class DACRT_API Scene {
   /// The caller's duty: nobody may trace the scene, or one that has an instance of it, meanwhile;
   /// nor later the latter, because their bounds are those of before.
   bool Update(std::vector<Geometry> changed, bool always_refit = false);
+
+  /// The same, and the instances `placed`, each of which is there once and not in `changed`, stand
+  /// somewhere else from now on and are what they were in all else: what costs least where many of
+  /// them move. False too if one of them is not an instance, is hidden, or has another number of
+  /// time steps.
+  bool Update(std::vector<Geometry> changed, std::span<const Placement> placed,
+              bool always_refit = false);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;

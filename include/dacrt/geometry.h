@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "dacrt/callback.h"
@@ -126,6 +127,14 @@ struct Geometry {
   /// Called by Scene::QueryPoint. Without it point queries skip the geometry; instances have no
   /// callback of their own.
   PointCallback point_callback;
+};
+
+/// Where an instance stands from now on: see Scene::Update.
+struct Placement {
+  uint32_t geometry_id;
+
+  /// As many as the instance has.
+  std::span<const TransformStep> transforms;
 };
 
 }  // namespace dacrt

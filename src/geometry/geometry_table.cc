@@ -43,8 +43,9 @@ std::size_t SharesFor(Shape shape, uint32_t time_steps, std::size_t items) {
     case Shape::kGrids:
       return items * steps;
     case Shape::kUser:
-    case Shape::kInstance:
       return items * 3;
+    case Shape::kInstance:
+      return items * 4;
     default:
       return items;
   }
@@ -104,7 +105,7 @@ GeometryTable::GeometryTable(std::span<const Geometry> geometries,
     sorted.push_back(geometries[i]);
     sorted_scenes.push_back(scenes[i]);
   }
-  shapes_ = std::make_unique<Shapes>(std::move(sorted), std::move(sorted_scenes), robust);
+  shapes_.emplace(std::move(sorted), std::move(sorted_scenes), robust);
   for (uint32_t i = 0; i < shapes_->size(); ++i) {
     Add(ToMesh((*shapes_)[i], shapes_->ItemCount(i)));
     lanes_.push_back(static_cast<uint8_t>(LanesFor((*shapes_)[i].shape)));
@@ -125,14 +126,19 @@ void GeometryTable::FindCommonMask() {
 }
 
 std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
-  const auto found = std::lower_bound(
-      meshes_.begin(), meshes_.end(), geometry_id,
-      [](const TriangleMesh& mesh, uint32_t id) { return mesh.geometry_id < id; });
-  const auto has_id = [&](auto mesh) {
-    return mesh != meshes_.end() && mesh->geometry_id == geometry_id;
+  if (meshes_.empty()) return std::nullopt;
+  const auto is_at = [&](std::size_t place) {
+    return place < meshes_.size() && meshes_[place].geometry_id == geometry_id;
   };
-  if (!has_id(found) || has_id(found + 1)) return std::nullopt;
-  return static_cast<uint32_t>(found - meshes_.begin());
+  // IDs mostly are numbers in a row.
+  std::size_t place = geometry_id - meshes_.front().geometry_id;
+  if (!is_at(place) || (place > 0 && is_at(place - 1))) {
+    place = static_cast<std::size_t>(
+        std::ranges::lower_bound(meshes_, geometry_id, {}, &TriangleMesh::geometry_id) -
+        meshes_.begin());
+  }
+  if (!is_at(place) || is_at(place + 1)) return std::nullopt;
+  return static_cast<uint32_t>(place);
 }
 
 void GeometryTable::Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept {
@@ -153,6 +159,7 @@ void GeometryTable::Add(const TriangleMesh& mesh) {
   }
   first_.push_back(static_cast<uint32_t>(triangle_count_));
   triangle_count_ += mesh.triangle_count;
+  have_one_each_ &= mesh.triangle_count == 1;
   meshes_.push_back(mesh);
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -54,6 +53,7 @@ class GeometryTable {
     uint32_t primitive;
   };
   Name Locate(uint32_t number) const {
+    if (have_one_each_) return {number, 0};
     uint32_t geometry = 0;
     if (first_.size() > 1) {
       geometry = static_cast<uint32_t>(std::upper_bound(first_.begin(), first_.end(), number) -
@@ -75,6 +75,9 @@ class GeometryTable {
 
   /// Puts a geometry in the place of another one, for which it can be exchanged.
   void Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept;
+
+  /// Puts instances where they will stand, and takes where they stood.
+  void Exchange(Shapes::Places& places) noexcept { shapes_->Exchange(places); }
 
   /// Lanes of a leaf that a primitive of a geometry fills (see leaf/leaf_block.h).
   std::size_t LanesOf(uint32_t geometry) const { return lanes_[geometry]; }
@@ -115,6 +118,8 @@ class GeometryTable {
   void Add(const TriangleMesh& mesh);
   void FindCommonMask();
 
+  // In line, and first: what rays ask of a scene that they enter is in its first cache line then.
+  std::optional<Shapes> shapes_;  ///< always there, once it is made
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::vector<uint8_t> lanes_;
@@ -123,7 +128,7 @@ class GeometryTable {
   uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have
   bool is_plain_;
   bool all_fill_one_lane_ = true;
-  std::unique_ptr<Shapes> shapes_;
+  bool have_one_each_ = true;  ///< triangles: as instances, of which there are thousands, have
 };
 
 }  // namespace dacrt

@@ -1,5 +1,7 @@
 #include "geometry/shapes.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -157,6 +159,23 @@ Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box
   return out;
 }
 
+/// Bounds of an instance at each time step: between two of them lie those of the times between.
+void BoundInstance(std::span<const TransformStep> transforms, const Box& box, Box* bounds) {
+  std::fill_n(bounds, transforms.size(), Box::Empty());
+  for (std::size_t i = 0; i < transforms.size() && !box.IsEmpty(); ++i) {
+    Extend(bounds[i], TransformBox(TransformAt(transforms.subspan(i, 1), {}, 0), box));
+    if (i == 0 || !transforms[i].in_parts || !transforms[i - 1].in_parts) continue;
+    const Box between = BoundRotation(transforms[i - 1], transforms[i], box);
+    Extend(bounds[i - 1], between);
+    Extend(bounds[i], between);
+  }
+}
+
+/// Into the instance, where it stands at the first time step.
+AffineTransform ToFirstStep(std::span<const TransformStep> transforms) {
+  return Inverse(TransformAt(transforms.first(1), {}, 0));
+}
+
 }  // namespace
 
 Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust)
@@ -171,6 +190,7 @@ Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> 
 
 Shapes::Derived::Derived(const Geometry& geometry, const SceneParts* instanced_scene)
     : item_count(geometry.hidden ? 0 : geometry.primitive_count),
+      is_hidden(geometry.hidden),
       primitives(geometry.primitives),
       scene(instanced_scene) {
   if (geometry.hidden) return;
@@ -228,16 +248,9 @@ void Shapes::Derived::PlaceInstance(const Geometry& g) {
   CheckSteps(g.transforms.size(), "transforms", g);
   item_count = 1;
   steps = static_cast<uint32_t>(g.transforms.size());
-  const Box& box = scene->bounds;
-  bounds.assign(steps, Box::Empty());
-  for (std::size_t i = 0; i < steps && !box.IsEmpty(); ++i) {
-    Extend(bounds[i], TransformBox(TransformAt({&g.transforms[i], 1}, {}, 0), box));
-    if (i == 0 || !g.transforms[i].in_parts || !g.transforms[i - 1].in_parts) continue;
-    const Box between = BoundRotation(g.transforms[i - 1], g.transforms[i], box);
-    Extend(bounds[i - 1], between);
-    Extend(bounds[i], between);
-  }
-  to_instance = Inverse(TransformAt({g.transforms.data(), 1}, {}, 0));
+  bounds.resize(steps);
+  BoundInstance(g.transforms, scene->bounds, bounds.data());
+  to_instance = ToFirstStep(g.transforms);
 }
 
 std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
@@ -256,7 +269,7 @@ std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
     }
     hidden.transforms.assign(hidden.transforms.size(), far_away);
     Successor successor(std::move(hidden), derived_[geometry].scene);
-    successor.geometry_.hidden = true;
+    successor.geometry_.hidden = successor.derived_.is_hidden = true;
     return successor;
   }
   hidden.hidden = true;
@@ -264,7 +277,35 @@ std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
   hidden.vertices.assign(hidden.vertices.size(), {kNowhere, 0});
   hidden.normals.assign(hidden.normals.size(), {kNowhere, 0});
   hidden.vertex_count = 0;
-  return Successor(std::move(hidden), derived_[geometry]);
+  Successor successor(std::move(hidden), derived_[geometry]);
+  successor.derived_.is_hidden = true;
+  return successor;
+}
+
+bool Shapes::AddPlace(uint32_t geometry, std::span<const TransformStep> transforms,
+                      Places& places) const {
+  const Derived& derived = derived_[geometry];
+  if (!derived.scene || derived.is_hidden || derived.steps != transforms.size()) return false;
+  hwy::Prefetch(geometries_[geometry].transforms.data());  // to be exchanged
+  places.places_.push_back({geometry, ToFirstStep(transforms)});
+  places.transforms_.insert(places.transforms_.end(), transforms.begin(), transforms.end());
+  places.bounds_.resize(places.bounds_.size() + transforms.size());
+  BoundInstance(transforms, derived.scene->bounds,
+                places.bounds_.data() + places.bounds_.size() - transforms.size());
+  return true;
+}
+
+void Shapes::Exchange(Places& places) noexcept {
+  auto transforms = places.transforms_.begin();
+  auto bounds = places.bounds_.begin();
+  for (Places::Place& place : places.places_) {
+    Geometry& geometry = geometries_[place.geometry];
+    Derived& derived = derived_[place.geometry];
+    transforms =
+        std::swap_ranges(geometry.transforms.begin(), geometry.transforms.end(), transforms);
+    bounds = std::swap_ranges(derived.bounds.begin(), derived.bounds.end(), bounds);
+    std::swap(derived.to_instance, place.to_instance);
+  }
 }
 
 bool Shapes::CanExchange(uint32_t geometry, const Successor& successor) const {
@@ -286,7 +327,7 @@ bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_
   const Geometry& g = geometries_[geometry];
   const Derived& derived = derived_[geometry];
   bounds = Box::Empty();
-  if (g.shape == Shape::kUser || g.shape == Shape::kInstance) {
+  if (derived.scene || g.shape == Shape::kUser) {
     for (uint32_t step = begin; step < end; ++step) {
       const Box& box = derived.bounds[std::size_t{item} * derived.steps + step];
       if (box.IsEmpty() || !IsUsable(box.lower) || !IsUsable(box.upper)) return false;

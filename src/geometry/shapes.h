@@ -62,9 +62,11 @@ class Shapes {
   bool IsMoving(uint32_t geometry) const { return derived_[geometry].steps > 1; }
   const SceneParts* InstancedScene(uint32_t geometry) const { return derived_[geometry].scene; }
 
+  bool IsHidden(uint32_t geometry) const { return derived_[geometry].is_hidden; }
+
   /// Bounds over all times. False if the item can not be hit.
   bool BoundItem(uint32_t geometry, uint32_t item, Box& bounds) const {
-    if (geometries_[geometry].hidden) return false;
+    if (IsHidden(geometry)) return false;
     return BoundItem(geometry, item, 0, derived_[geometry].steps, bounds);
   }
 
@@ -123,6 +125,7 @@ class Shapes {
 
     std::size_t item_count = 0;
     uint32_t steps = 1;
+    bool is_hidden = false;
     Array primitives;                   ///< of the geometry, also while it is hidden
     std::vector<uint32_t> first_cells;  ///< of each grid
     std::vector<Box> bounds;            ///< of user primitives or an instance, at each time step
@@ -158,6 +161,34 @@ class Shapes {
   /// instance shows is one point far away, where rays find nothing. A box that is inside out or not
   /// of numbers would not do: slab tests meet those. Nothing if it is a user geometry.
   std::optional<Successor> Hidden(uint32_t geometry) const;
+
+  /// Instances as they will stand, to be exchanged for how they stand. In rows, where each would
+  /// have memory of its own, for there may be thousands.
+  class Places {
+   public:
+    explicit Places(std::size_t instances) {
+      places_.reserve(instances);
+      transforms_.reserve(instances);
+      bounds_.reserve(instances);
+    }
+
+   private:
+    friend Shapes;
+    struct Place {
+      uint32_t geometry;
+      AffineTransform to_instance;
+    };
+    std::vector<Place> places_;
+    std::vector<TransformStep> transforms_;  ///< of all, those of the same one in a row
+    std::vector<Box> bounds_;                ///< at these time steps
+  };
+
+  /// Adds where an instance will stand. False, and nothing is added, if it is not an instance with
+  /// as many time steps, or is hidden.
+  bool AddPlace(uint32_t geometry, std::span<const TransformStep> transforms, Places& places) const;
+
+  /// Each instance must be there once.
+  void Exchange(Places& places) noexcept;
 
   /// Whether both may stand in one place: only where they are, and which rays meet them, differs.
   bool CanExchange(uint32_t geometry, const Successor& successor) const;

@@ -43,7 +43,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   bool takes_over() const { return refit_plan_.has_value(); }
   void TakeOver(Implementation& previous) noexcept;
   void TakeCopy(const Implementation& previous);
-  bool Update(std::vector<Geometry> changed, bool always_refit);
+  bool Update(std::vector<Geometry> changed, std::span<const Placement> placed, bool always_refit);
 
   Statistics Trace(Query query, const RayView& rays, const CallOptions& options) const;
   void Trace(Query query, const RayPacket& packet, const CallOptions& options) const;

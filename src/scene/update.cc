@@ -2,6 +2,7 @@
 // the partition cannot follow.
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,10 +16,16 @@
 namespace dacrt {
 
 bool Scene::Update(std::vector<Geometry> changed, bool always_refit) {
-  return implementation_->Update(std::move(changed), always_refit);
+  return implementation_->Update(std::move(changed), {}, always_refit);
 }
 
-bool Scene::Implementation::Update(std::vector<Geometry> changed, bool always_refit) {
+bool Scene::Update(std::vector<Geometry> changed, std::span<const Placement> placed,
+                   bool always_refit) {
+  return implementation_->Update(std::move(changed), placed, always_refit);
+}
+
+bool Scene::Implementation::Update(std::vector<Geometry> changed, std::span<const Placement> placed,
+                                   bool always_refit) {
   struct Change {
     uint32_t geometry;
     Shapes::Successor successor;
@@ -45,8 +52,18 @@ bool Scene::Implementation::Update(std::vector<Geometry> changed, bool always_re
       plan.changed[*geometry] = true;
     }
   }
+  Shapes::Places places(placed.size());
+  for (const Placement& placement : placed) {
+    const auto geometry = geometries.Find(placement.geometry_id);
+    // One that is there twice could not go back.
+    if (!geometry || plan.changed[*geometry]) return false;
+    if (!geometries.shapes().AddPlace(*geometry, placement.transforms, places)) return false;
+    plan.changed[*geometry] = true;
+  }
   for (Change& change : changes) geometries.Exchange(change.geometry, change.successor);
+  geometries.Exchange(places);
   const auto go_back = [&] {
+    geometries.Exchange(places);
     for (auto change = changes.rbegin(); change != changes.rend(); ++change) {
       geometries.Exchange(change->geometry, change->successor);
     }

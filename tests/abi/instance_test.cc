@@ -350,6 +350,58 @@ TEST_P(OneInstance, MovesOnceItAndItsSceneAreCommitted) {
   EXPECT_EQ(Distance(scene), 17);
 }
 
+TEST_P(OneInstance, MovesBesideOthersThatChange) {
+  const RTCGeometry triangle = s.Triangle(1);
+  const RTCScene inner = s.SceneOf(triangle);
+  const RTCGeometry one = Instance(s, inner, 2), other = Instance(s, inner, 4);
+  for (const RTCGeometry instance : {one, other}) s.api.rtcCommitGeometry(instance);
+  const RTCScene scene = s.SceneOf(one);
+  s.api.rtcAttachGeometry(scene, other);
+  s.api.rtcAttachGeometry(scene, s.Triangle(30));
+  const auto place = [&](RTCGeometry instance, float z) {
+    SetMatrix(s, instance, 0, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, z}}});
+    s.api.rtcCommitGeometry(instance);
+  };
+  const auto expect = [&](float distance, const char* when) {
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(Distance(scene), distance) << when;
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+  };
+  const auto mask = [&](unsigned value) {
+    s.api.rtcSetGeometryMask(other, value);
+    s.api.rtcCommitGeometry(other);
+  };
+  expect(13, "at first");
+  place(one, 3);
+  expect(14, "one has moved");
+  place(one, 8);
+  mask(0);
+  expect(19, "the other one cannot be met");
+  mask(UINT32_MAX);
+  place(one, 9);
+  place(other, 10);
+  expect(20, "both have moved");
+  place(one, 11);
+  place(other, 7);
+  s.api.rtcDisableGeometry(other);
+  expect(22, "the other one has moved while it goes");
+  place(one, 12);
+  s.api.rtcEnableGeometry(other);
+  expect(18, "it comes back");
+  s.api.rtcSetGeometryTimeStepCount(one, 2);
+  place(one, 5);
+  SetMatrix(s, one, 1, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 20}}});
+  s.api.rtcCommitGeometry(one);
+  expect(16, "one is at two places");
+  s.api.rtcAttachGeometry(inner, s.Triangle(-1));
+  s.api.rtcCommitScene(inner);
+  place(other, 4);
+  s.api.rtcCommitGeometry(one);
+  expect(13, "their scene is another");
+  place(one, 2);
+  expect(11, "the next move");
+}
+
 TEST_P(OneInstance, ShowsAChangedSceneOnceBothScenesAreCommitted) {
   const RTCScene inner = s.SceneOf(s.Triangle(3));
   const RTCGeometry instance = Instance(s, inner);
@@ -414,6 +466,21 @@ TEST_P(OneInstance, WithAMatrixThatIsNoneIsNotHit) {
     EXPECT_EQ(Distance(s.SceneOf(instance)), 1000);
   }
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+// The real library finds it by its new bounds, and hits it where it was.
+TEST(DropInInstance, MovesWithTheNextCommitWhoeverAsksForIt) {
+  Session s(DropIn());
+  const RTCGeometry instance = Instance(s, s.SceneOf(s.Triangle()), 2), beside = s.Triangle(40);
+  s.api.rtcCommitGeometry(instance);
+  const RTCScene scene = s.SceneOf(instance);
+  s.api.rtcAttachGeometry(scene, beside);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(TraceRays(s, scene, {RayAt(0.2f)})[0].ray.tfar, 12);
+  SetMatrix(s, instance, 0, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 7}}});
+  s.api.rtcCommitGeometry(beside);
+  s.api.rtcCommitScene(scene);
+  EXPECT_EQ(TraceRays(s, scene, {RayAt(0.2f)})[0].ray.tfar, 17);
 }
 
 // The real library stops the program.

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "unit_test.h"
 
@@ -38,6 +40,55 @@ TEST(GeometryTableTest, SortsByGeometryIdAndKeepsTheOrderOfEqualOnes) {
   const uint32_t expected_masks[] = {4, 1, 3, 0, 2};
   for (uint32_t i = 0; i < 5; ++i) EXPECT_EQ(table[i].mask, expected_masks[i]);
   EXPECT_EQ(table.triangle_count(), 5u);
+}
+
+TEST(GeometryTableTest, FindsTheOnlyGeometryWithAnId) {
+  const auto expect = [](const std::vector<uint32_t>& ids) {
+    std::vector<TriangleMesh> views(ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) views[i].geometry_id = ids[i];
+    const GeometryTable table(views);
+    for (const uint32_t id : {0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, UINT32_MAX}) {
+      const auto found = table.Find(id);
+      ASSERT_EQ(found.has_value(), std::count(ids.begin(), ids.end(), id) == 1) << id;
+      if (found) {
+        EXPECT_EQ(table[*found].geometry_id, id);
+      }
+    }
+  };
+  expect({});
+  expect({5});
+  expect({2, 3, 4, 5, 6});
+  expect({2, 3, 4, 5, 6, UINT32_MAX});
+  expect({1, 3, 4, 4, 5, 7});
+  expect({1, 1, 3, 4, 5, 5});
+  expect({0, 0, 0, 3, 4});
+}
+
+TEST(GeometryTableTest, LocatesTrianglesByTheirNumbers) {
+  const auto expect = [](const std::vector<std::size_t>& counts) {
+    Mesh mesh;
+    for (int i = 0; i < 3; ++i) mesh.Add({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+    std::vector<TriangleMesh> views(counts.size(), mesh.View());
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      views[i].geometry_id = static_cast<uint32_t>(i);
+      views[i].triangle_count = counts[i];
+    }
+    const GeometryTable table(views);
+    uint32_t number = 0;
+    for (uint32_t geometry = 0; geometry < counts.size(); ++geometry) {
+      for (uint32_t i = 0; i < counts[geometry]; ++i, ++number) {
+        const GeometryTable::Name name = table.Locate(number);
+        EXPECT_EQ(name.geometry, geometry) << number;
+        EXPECT_EQ(name.primitive, i) << number;
+        EXPECT_EQ(table.Number(name.geometry, name.primitive), number);
+      }
+    }
+  };
+  expect({1, 1, 1, 1});
+  expect({1, 1, 2, 1});
+  expect({1, 0, 2, 1});
+  expect({0, 1, 1});
+  expect({3});
 }
 
 TEST(GeometryTableTest, KnowsWhetherMasksCanBeIgnored) {

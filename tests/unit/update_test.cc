@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -283,6 +285,148 @@ TEST(UpdateTest, InstancesGoAndComeBack) { ExpectThatInstancesGoAndComeBack(kDef
 
 TEST(UpdateTest, InstancesGoAndComeBackWhereThereIsNoRoomForNodes) {
   ExpectThatInstancesGoAndComeBack(5);
+}
+
+/// Instances of one scene beside triangles, every third of two time steps.
+struct ManyInstances {
+  explicit ManyInstances(uint64_t budget = kDefaultBudget) {
+    Settings settings;
+    settings.budget = budget;
+    device = std::make_shared<Device>(settings);
+    shown = Show(0.9f);
+    all = {TriangleView(outside, 4)};
+    for (uint32_t id = 5; id < 105; ++id) {
+      Geometry& instance = all.emplace_back(InstanceOf(shown, {}, id == 104 ? 200 : id));
+      instance.transforms.resize(id % 3 == 0 ? 2 : 1);
+      Move(instance);
+    }
+    scene = std::make_unique<Scene>(device, all, SceneOptions{});
+    Trace(*scene, MakeRays(random, 9000));  // for what is not split nothing is kept
+  }
+
+  /// A scene of some triangles, `size` times as large as they are.
+  std::shared_ptr<const Scene> Show(float size) {
+    Model& model = *insides.emplace_back(std::make_unique<Model>(inside));
+    for (auto& step : model.steps) {
+      for (float& value : step) value *= size;
+    }
+    const std::vector<Geometry> geometries = {TriangleView(model, 3)};
+    return std::make_shared<Scene>(device, geometries, SceneOptions{});
+  }
+
+  void Move(Geometry& instance) {
+    for (TransformStep& step : instance.transforms) {
+      const Float3 at = random.InCube(-2, 2);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        step.matrix.column[axis][axis] = 0.3f;
+        step.matrix.column[3][axis] = at[axis];
+      }
+    }
+  }
+
+  static Placement PlacementOf(const Geometry& instance) {
+    return {instance.geometry_id, instance.transforms};
+  }
+
+  /// Against a scene that is made of what there is now.
+  void ExpectRight(const std::string& what) {
+    const Scene fresh(device, all, SceneOptions{});
+    for (const std::size_t count : {1u, 50u, 9000u}) {
+      const auto rays = MakeRays(random, count);
+      for (const Query query : {Query::kClosest, Query::kAny}) {
+        ExpectSameRays(Trace(*scene, rays, query), Trace(fresh, rays, query), what);
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(scene->bounds().lower[axis], fresh.bounds().lower[axis]) << what;
+      EXPECT_EQ(scene->bounds().upper[axis], fresh.bounds().upper[axis]) << what;
+    }
+  }
+
+  Random random{8};
+  const Model outside = MakeTriangles(random, 500), inside = MakeTriangles(random, 300);
+  std::vector<std::unique_ptr<Model>> insides;
+  std::shared_ptr<Device> device;
+  std::shared_ptr<const Scene> shown;
+  std::vector<Geometry> all;
+  std::unique_ptr<Scene> scene;
+};
+
+void ExpectThatInstancesArePlaced(uint64_t budget) {
+  ManyInstances many(budget);
+  for (const std::size_t stride : {1u, 7u, 50u, 2u}) {
+    std::vector<Placement> placed;
+    for (std::size_t i = 1; i < many.all.size(); i += stride) {
+      many.Move(many.all[i]);
+      placed.push_back(ManyInstances::PlacementOf(many.all[i]));
+    }
+    std::vector<Geometry> changed;
+    if (stride == 7) {
+      many.all[3].mask = 0;
+      changed.push_back(many.all[3]);
+    }
+    ASSERT_TRUE(many.scene->Update(changed, placed)) << stride;
+    many.ExpectRight("every " + std::to_string(stride));
+  }
+  ASSERT_TRUE(many.scene->Update({}, {}));
+  many.ExpectRight("none");
+}
+
+TEST(UpdateTest, InstancesArePlaced) { ExpectThatInstancesArePlaced(kDefaultBudget); }
+
+TEST(UpdateTest, InstancesArePlacedWhereThereIsNoRoomForNodes) { ExpectThatInstancesArePlaced(5); }
+
+// Each asks for another scene; this one is then still what it was.
+TEST(UpdateTest, APlacementThatWouldNotDoChangesNothing) {
+  ManyInstances many;
+  Geometry first = many.all[1], second = many.all[2];  // which go before
+  many.Move(first);
+  many.Move(second);
+  const auto refuses = [&](const char* what, const Placement& placement) {
+    EXPECT_FALSE(many.scene->Update(
+        {second}, std::vector<Placement>{ManyInstances::PlacementOf(first), placement}))
+        << what;
+    many.ExpectRight(what);
+  };
+  Geometry other = many.all[7];
+  other.geometry_id = 104;
+  refuses("an ID that there is not", ManyInstances::PlacementOf(other));
+  other.geometry_id = 4;
+  refuses("not an instance", ManyInstances::PlacementOf(other));
+  for (const std::size_t i : {5u, 7u}) {
+    other = many.all[i];
+    other.transforms.resize(3 - other.transforms.size());
+    refuses("another number of time steps", ManyInstances::PlacementOf(other));
+  }
+  refuses("one twice", ManyInstances::PlacementOf(first));
+  refuses("one that changes, too", ManyInstances::PlacementOf(second));
+  other = many.all[7];
+  other.transforms[0].matrix.column[3][0] = std::numeric_limits<float>::infinity();
+  refuses("one that cannot be hit any more", ManyInstances::PlacementOf(other));
+  Geometry hidden;
+  hidden.geometry_id = many.all[7].geometry_id;
+  hidden.hidden = true;
+  ASSERT_TRUE(many.scene->Update({hidden}));
+  EXPECT_FALSE(
+      many.scene->Update({}, std::vector<Placement>{ManyInstances::PlacementOf(many.all[7])}));
+  many.all.erase(many.all.begin() + 7);
+  const auto rays = MakeRays(many.random, 3000);
+  ExpectSameRays(Trace(*many.scene, rays), Trace(Scene(many.device, many.all), rays), "hidden");
+}
+
+// Leaves know the scenes of their instances: they went on with the old one where only that differs.
+TEST(UpdateTest, AnInstanceOfTheSameRevisionMayShowAnotherScene) {
+  ManyInstances many;
+  for (Geometry& geometry : many.all) geometry.revision = 1;
+  const Scene before(many.device, many.all, SceneOptions{});
+  const auto rays = MakeRays(many.random, 9000);
+  Trace(before, rays);
+  const auto shown = many.Show(0.8f);
+  for (std::size_t i = 1; i < many.all.size(); i += 2) many.all[i].instanced_scene = shown;
+  Scene after(many.device, many.all, SceneOptions{}, before);
+  ASSERT_TRUE(after.takes_over());
+  after.TakeCopy(before);
+  ExpectSameRays(Trace(after, rays), Trace(Scene(many.device, many.all), rays), "another scene");
 }
 
 }  // namespace
