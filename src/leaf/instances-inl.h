@@ -13,6 +13,7 @@
 
 #include "leaf/entering-inl.h"
 #include "leaf/finish_hit-inl.h"
+#include "leaf/instance_leaf.h"
 #include "leaf/instance_transform-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -22,14 +23,16 @@ namespace HWY_NAMESPACE {
 /// Traces rays 0 to count - 1 of a task (see trace/trace_rays-inl.h).
 template <Query kQuery>
 void TraceRays(const TraceTask& task, size_t count, ListMemory memory);
+/// The same from a root on.
+template <Query kQuery>
+void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemory memory);
 
-/// What rays find in an instance, that are `numbers` of the task outside.
-inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry,
-                                const RayNumber* numbers) {
-  const SceneParts& scene = *outer.scene.geometries.shapes().InstancedScene(geometry);
+/// What rays find in an instance that shows `scene`, that are `numbers` of the task outside.
+inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry, const SceneParts& scene,
+                                const PartitionView& partition, const RayNumber* numbers) {
   const InstanceMemory& memory = outer.instance_memory;
   return {scene,
-          scene.partition(),
+          partition,
           memory.rays,
           memory.hits,
           outer.checks_masks,
@@ -46,32 +49,32 @@ inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry,
           outer.any_hit_order};
 }
 
-/// Fetches what rays begin with in the scenes of a block's instances: one after the other it would
-/// be several misses for each.
-inline void FetchScenes(const TraceTask& task, const LeafBlock& block) {
-  const Shapes& shapes = task.scene.geometries.shapes();
-  for (size_t lane = 0; lane < block.lanes; ++lane) {
-    const SceneParts& scene = *shapes.InstancedScene(GeometryOfLane(task, block, lane));
-    if (HWY_UNLIKELY(!scene.kept)) continue;
-    hwy::Prefetch(&scene.kept->subset(0).root);
-    hwy::Prefetch(scene.kept->view().nodes);  // most begin with the first one
-  }
+/// Fetches what rays begin with in the scene of an instance, all at once.
+HWY_INLINE void FetchScene(const InstanceLeaf& leaf) {
+  hwy::Prefetch(leaf.all);
+  const auto* const node = reinterpret_cast<const std::byte*>(leaf.partition.nodes);
+  hwy::Prefetch(node);  // most begin with the first one
+  hwy::Prefetch(node + 64);
+  hwy::Prefetch(leaf.scene);
 }
 
 /// Rays in the space of an instance.
 template <Query kQuery>
 class InstanceRays {
  public:
-  InstanceRays(const TraceTask& task, uint32_t geometry, ListMemory memory)
-      : task_(task), geometry_(geometry), memory_(memory), inner_(task.instance_memory) {
-    const Shapes& shapes = task.scene.geometries.shapes();
-    is_moving_ = shapes.IsMoving(geometry);
-    transform_.Set(shapes.ToStillInstance(geometry));
+  /// Of the instance in a block, which must stay in place.
+  InstanceRays(const TraceTask& task, const LeafBlock& block, uint32_t geometry, ListMemory memory)
+      : task_(task),
+        geometry_(geometry),
+        memory_(memory),
+        inner_(task.instance_memory),
+        still_(block.is_timed ? nullptr : &InstanceLeaf::In(block)) {
+    if (HWY_LIKELY(still_ != nullptr)) transform_.Set(still_->to_instance);
   }
 
   void Add(RayNumber number) {
     const RayRecord& outer = task_.rays[number];
-    if (is_moving_ && (count_ == 0 || outer.time != time_)) {
+    if (HWY_UNLIKELY(!still_) && (count_ == 0 || outer.time != time_)) {
       time_ = outer.time;
       transform_.Set(task_.scene.geometries.shapes().ToInstance(geometry_, time_));
     }
@@ -85,8 +88,15 @@ class InstanceRays {
 
   void Trace() {
     if (count_ == 0) return;
-    const TraceTask task = TaskInInstance(task_, geometry_, outer_);
-    TraceRays<kQuery>(task, count_, memory_);
+    const SceneParts& scene =
+        still_ ? *still_->scene : *task_.scene.geometries.shapes().InstancedScene(geometry_);
+    const TraceTask task = TaskInInstance(task_, geometry_, scene,
+                                          still_ ? still_->partition : scene.partition(), outer_);
+    if (HWY_LIKELY(still_ && still_->all)) {
+      TraceRaysFrom<kQuery>(task, still_->Root(), count_, memory_);
+    } else {
+      TraceRays<kQuery>(task, count_, memory_);
+    }
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {
       finished.Finish([&](size_t i, const FullHit& hit)
@@ -122,8 +132,8 @@ class InstanceRays {
   const uint32_t geometry_;
   const ListMemory memory_;
   const InstanceMemory& inner_;
+  const InstanceLeaf* const still_;  ///< null if the instance moves
   InstanceTransform transform_;
-  bool is_moving_;
   float time_ = 0;
   RayNumber outer_[InstanceMemory::kRays];
   size_t count_ = 0;

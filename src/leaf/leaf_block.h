@@ -9,7 +9,8 @@
 //                   of prepared ones PreparedFacets behind them
 //   spheres, discs  float[4][lanes]: centre and radius
 //   oriented discs  float[7][lanes]: centre, radius, normal
-//   user primitives, instances   float[6][lanes]: their bounds
+//   user primitives   float[6][lanes]: their bounds
+//   instances       leaf/instance_leaf.h, which begins with its bounds; there is one in a leaf
 //   timed           nothing: they are asked for by name
 #pragma once
 
@@ -49,6 +50,8 @@ struct alignas(4) LeafBlock {
   /// As many vertices as lanes have corners: a place for each, all lanes of corner 0 first, from
   /// which whole vectors are loaded. Lanes without a facet have one of no area.
   static constexpr uint8_t kByLane = 3 * kLeafLanes;
+  /// Of an instance.
+  static constexpr std::size_t kInstanceBytes = 112;
 
   LeafKind kind : 4;
   uint8_t is_last : 1;      ///< of its leaf
@@ -76,8 +79,9 @@ struct alignas(4) LeafBlock {
       case LeafKind::kOrientedDiscs:
         return 7 * sizeof(float) * lanes;
       case LeafKind::kUser:
-      case LeafKind::kInstances:
         return 6 * sizeof(float) * lanes;
+      case LeafKind::kInstances:
+        return kInstanceBytes;
     }
     return 0;
   }

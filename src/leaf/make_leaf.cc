@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "geometry/fetch_corners.h"
+#include "leaf/instance_leaf.h"
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
 #include "runtime/assert.h"
@@ -179,8 +180,12 @@ void WriteBlock(const GeometryTable& geometries, const BlockKind& kind, const Bl
   block.lanes = static_cast<uint8_t>(items.count);
   for (std::size_t i = 0; i < items.count; ++i) block.items |= items.places[i] << (4 * i);
   if (kind.is_timed) return;
-  if (kind.kind == LeafKind::kUser || kind.kind == LeafKind::kInstances) {
-    return WriteBounds(geometries, items, block);
+  if (kind.kind == LeafKind::kUser) return WriteBounds(geometries, items, block);
+  if (kind.kind == LeafKind::kInstances) {
+    DACRT_ASSERT(items.count == 1);
+    const InstanceLeaf leaf = InstanceLeaf::Of(geometries.shapes(), block.geometry);
+    std::memcpy(block.point_data(), &leaf, sizeof(leaf));
+    return;
   }
   WritePoints(geometries, items, block);
 }

@@ -41,14 +41,12 @@ template <Query kQuery>
 void TestInstances(const TraceTask& task, const LeafBlock& block, const RayNumber* list,
                    size_t count, ListMemory memory) {
   if (task.instance_memory.count == 0) return;  // There is one level of instances.
-  FetchScenes(task, block);
-  for (size_t lane = 0; lane < block.lanes; ++lane) {
-    const GeometryTable::Name item = NameOfLane(task, block, lane);
-    InstanceRays<kQuery> entering(task, item.geometry, memory);
-    ForEachEntering(task, block, lane, item, list, count,
-                    [&](RayNumber ray) { entering.Add(ray); });
-    entering.Trace();
-  }
+  DACRT_ASSERT(block.lanes == 1);
+  if (HWY_LIKELY(!block.is_timed)) FetchScene(InstanceLeaf::In(block));
+  InstanceRays<kQuery> entering(task, block, block.geometry, memory);
+  ForEachEntering(task, block, 0, {block.geometry, 0}, list, count,
+                  [&](RayNumber ray) { entering.Add(ray); });
+  entering.Trace();
 }
 
 /// What is not a facet; apart, so that the common way stays short.

@@ -127,7 +127,7 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
   std::vector<uint32_t> geometries;
   size_t items = 0;
   for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
-    if (!changed[geometry] || now.shapes()[geometry].hidden) continue;
+    if (!changed[geometry] || now.shapes().IsHidden(geometry)) continue;
     geometries.push_back(geometry);
     items += now[geometry].triangle_count;
   }
@@ -217,12 +217,12 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
 }
 
 /// The bounds of one that has nodes, which are renewed.
-inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
+inline Box RefitSplit(KeptPartition& kept, Subset& subset, const RefitPlan& plan) {
   const uint32_t before = subset.root, root = Subset::NodeOf(before);
-  SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count});
+  SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count}, plan);
   const Box bounds = refit.Refit(root);
   subset.geometry_bits = refit.geometry_bits();
-  const bool has_decayed = !always && !refit.has_hidden() &&
+  const bool has_decayed = !plan.always && !refit.has_hidden() &&
                            RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
                                refit::kMostDecay * subset.decay_base;
   subset.root = has_decayed ? root | Subset::kStale : before & ~Subset::kStale;
@@ -230,9 +230,9 @@ inline Box RefitSplit(KeptPartition& kept, Subset& subset, bool always) {
 }
 
 /// Refits a subset that has no others in it.
-inline void RefitUnit(KeptPartition& kept, Subset& subset, bool always) {
-  const Box bounds = subset.root >= Subset::kNoRoom ? BoundUnsplit(kept, subset)
-                                                    : RefitSplit(kept, subset, always);
+inline void RefitUnit(KeptPartition& kept, Subset& subset, const RefitPlan& plan) {
+  const Box bounds =
+      subset.root >= Subset::kNoRoom ? BoundUnsplit(kept, subset) : RefitSplit(kept, subset, plan);
   std::copy_n(bounds.lower, 3, subset.lower);
   std::copy_n(bounds.upper, 3, subset.upper);
 }
@@ -277,7 +277,7 @@ inline void Refit(KeptPartition& kept, const GeometryTable& now, const RefitPlan
   const auto refit_piece = [&](size_t piece) {
     for (size_t i = piece * kPiece; i < HWY_MIN(count, (piece + 1) * kPiece); ++i) {
       Subset& subset = kept.subset(static_cast<uint32_t>(i));
-      if (IsUnit(subset) && changed.AreIn(kept, subset)) RefitUnit(kept, subset, plan.always);
+      if (IsUnit(subset) && changed.AreIn(kept, subset)) RefitUnit(kept, subset, plan);
     }
   };
   const size_t pieces = (count + kPiece - 1) / kPiece;

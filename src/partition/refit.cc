@@ -28,8 +28,8 @@ bool HaveSameItems(const GeometryTable& before, const GeometryTable& now) {
 
 bool IsChanged(const Geometry& before, const Geometry& now) {
   return now.revision == 0 || before.revision != now.revision ||
-         before.vertex_count != now.vertex_count || !AreSame(before.vertices, now.vertices) ||
-         !AreSame(before.normals, now.normals);
+         before.instanced_scene != now.instanced_scene || before.vertex_count != now.vertex_count ||
+         !AreSame(before.vertices, now.vertices) || !AreSame(before.normals, now.normals);
 }
 
 std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now) {

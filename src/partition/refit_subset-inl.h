@@ -15,7 +15,9 @@
 
 #include "geometry/bound_triangle-inl.h"
 #include "leaf/cross_facets-inl.h"
+#include "leaf/instance_leaf.h"
 #include "partition/read_ahead-inl.h"
+#include "partition/refit.h"
 #include "partition/split_subset-inl.h"
 #include "runtime/scratch.h"
 
@@ -30,8 +32,10 @@ inline uint64_t GeometryBit(const GeometryTable& geometries, uint32_t geometry) 
 
 class SubsetRefit {
  public:
-  SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes)
+  SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes,
+              const RefitPlan& plan)
       : kept_(kept),
+        plan_(plan),
         geometries_(kept.geometries()),
         order_(kept.OrderOf(subset)),
         triangles_(geometries_),
@@ -103,6 +107,7 @@ class SubsetRefit {
     if (child.IsBlock()) {
       auto& block = *reinterpret_cast<LeafBlock*>(kept_.leaf(child.block()));
       place = block.first;
+      if (block.kind == LeafKind::kInstances && !block.is_timed) return RefitInstance(block);
       if (HWY_LIKELY(RenewCopy(block, index_ + (place - first_), bounds))) return bounds.Get();
       node.SetLeafStale(k);
       bounds = CornerBounds();
@@ -127,6 +132,25 @@ class SubsetRefit {
       is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
     } while (!is_last && next < order_.size());
     return bounds.Get();
+  }
+
+  /// A leaf of an instance that does not move. Where that has not changed nothing but the leaf is
+  /// looked at: what is known of a thousand others is in no cache.
+  Box RefitInstance(LeafBlock& block) {
+    const Shapes& shapes = geometries_.shapes();
+    auto& leaf = *reinterpret_cast<InstanceLeaf*>(block.point_data());
+    if (plan_.changed[block.geometry]) {
+      if (HWY_LIKELY(leaf.scene == shapes.InstancedScene(block.geometry))) {
+        leaf.Place(shapes, block.geometry);
+      } else {
+        leaf = InstanceLeaf::Of(shapes, block.geometry);
+      }
+    }
+    if (HWY_UNLIKELY(shapes.IsHidden(block.geometry))) {
+      has_hidden_ = true;
+      return Box::Empty();
+    }
+    return leaf.Bounds();
   }
 
   /// Copies the vertices of a leaf of still triangles of one geometry. False, and what is in the
@@ -170,6 +194,7 @@ class SubsetRefit {
   static constexpr size_t kAhead = 64;
 
   KeptPartition& kept_;
+  const RefitPlan& plan_;
   const GeometryTable& geometries_;
   const std::span<const uint32_t> order_;
   TriangleFinder triangles_;

@@ -10,7 +10,8 @@
 
 namespace dacrt {
 
-struct SceneParts {
+/// What rays ask of a scene that they enter is in its first cache line (see GeometryTable).
+struct alignas(64) SceneParts {
   GeometryTable geometries;
   Box bounds = Box::Empty();
   std::size_t triangle_count = 0;                 ///< items that can be hit, of any shape

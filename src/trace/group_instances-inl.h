@@ -58,20 +58,23 @@ HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLane
 template <Query kQuery, size_t kMost>
 class GroupInInstance {
  public:
-  GroupInInstance(const TraceTask& task, uint32_t geometry, const RayNumber* numbers)
-      : outer_(task), numbers_(numbers), task_(TaskInInstance(task, geometry, numbers)) {}
+  GroupInInstance(const TraceTask& task, const InstanceLeaf& leaf, uint32_t geometry,
+                  const RayNumber* numbers)
+      : outer_(task),
+        numbers_(numbers),
+        leaf_(leaf),
+        task_(TaskInInstance(task, geometry, *leaf.scene, leaf.partition, numbers)) {}
 
   /// Whether a group of so many vectors can go into a scene.
-  static bool CanBe(const TraceTask& task, uint32_t geometry, size_t parts) {
-    const SceneParts& scene = *task.scene.geometries.shapes().InstancedScene(geometry);
-    return HWY_NATIVE_FMA && scene.kept && !scene.has_callbacks &&
+  static bool CanBe(const TraceTask& task, const InstanceLeaf& leaf, size_t parts) {
+    return HWY_NATIVE_FMA && leaf.all && !leaf.scene->has_callbacks &&
            task.instance_memory.count >= parts * Lanes();
   }
 
   void Trace(GroupLanes<kMost>& outer, GroupLanes<kMost>& inner, LaneMask active,
              ListMemory memory) {
     // Whose rays they are only callbacks ask.
-    GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(task_.scene.kept->root(), active, memory);
+    GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(leaf_.Root(), active, memory);
     for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
       const V own = hn::Load(kFloat, outer.tfar + first);
       const V tfar = hn::Min(own, hn::Load(kFloat, inner.tfar + first));
@@ -115,6 +118,7 @@ class GroupInInstance {
 
   const TraceTask& outer_;
   const RayNumber* const numbers_;
+  const InstanceLeaf& leaf_;
   const TraceTask task_;
 };
 

@@ -49,32 +49,31 @@ class GroupItems {
     }
   }
 
-  /// Instances in a block, none of which moves.
+  /// The instance in a block, which does not move.
   void TestInstances(const LeafBlock& block, LaneMask active, ListMemory memory) {
     if (task_.instance_memory.count == 0) return;  // There is one level of instances.
-    for (size_t item = 0; item < block.lanes; ++item) {
-      const LaneMask entering = EnterItem(block, item, active);
-      if (entering == 0) continue;
-      const uint32_t geometry = GeometryOfLane(task_, block, item);
-      if (hwy::PopCount(entering) > policy::kFewRays &&
-          GroupInInstance<kQuery, kMost>::CanBe(task_, geometry, lanes_.parts())) {
-        TraceInInstance(geometry, entering, memory);
-      } else {
-        InstanceRays<kQuery> rays(task_, geometry, memory);
-        ForEachLane(entering, [&](size_t lane) {
-          rays_.RecordOf(lane);
-          rays.Add(rays_.numbers()[lane]);
-        });
-        rays.Trace();
-        rays_.LoadHits(entering);
-      }
+    const InstanceLeaf& leaf = InstanceLeaf::In(block);
+    FetchScene(leaf);
+    const LaneMask entering = EnterItem(block, 0, active);
+    if (entering == 0) return;
+    if (hwy::PopCount(entering) > policy::kFewRays &&
+        GroupInInstance<kQuery, kMost>::CanBe(task_, leaf, lanes_.parts())) {
+      return TraceInInstance(leaf, block.geometry, entering, memory);
     }
+    InstanceRays<kQuery> rays(task_, block, block.geometry, memory);
+    ForEachLane(entering, [&](size_t lane) {
+      rays_.RecordOf(lane);
+      rays.Add(rays_.numbers()[lane]);
+    });
+    rays.Trace();
+    rays_.LoadHits(entering);
   }
 
  private:
-  void TraceInInstance(uint32_t geometry, LaneMask entering, ListMemory memory) {
+  void TraceInInstance(const InstanceLeaf& leaf, uint32_t geometry, LaneMask entering,
+                       ListMemory memory) {
     GroupLanes<kMost> inner;
-    TransformLanes(task_.scene.geometries.shapes().ToStillInstance(geometry), lanes_, inner);
+    TransformLanes(leaf.to_instance, lanes_, inner);
     // The name of a hit of this scene is asked of its record.
     ForEachLane(lanes_.LanesInState(entering, RayRecord::kInLeaf),
                 [&](size_t lane) { rays_.RecordOf(lane); });
@@ -83,7 +82,7 @@ class GroupItems {
       inner.time[lane] = ray.time;
       inner.mask[lane] = ray.mask;
     });
-    GroupInInstance<kQuery, kMost>(task_, geometry, rays_.numbers())
+    GroupInInstance<kQuery, kMost>(task_, leaf, geometry, rays_.numbers())
         .Trace(lanes_, inner, entering, memory);
   }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "all_shapes.h"
+#include "leaf/instance_leaf.h"
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
 #include "unit_test.h"
@@ -150,6 +151,13 @@ void ExpectLeaf(const GeometryTable& table, const std::vector<GeometryTable::Nam
           ASSERT_EQ(block->bounds_data()[axis * block->lanes + lane], bounds.lower[axis]);
           ASSERT_EQ(block->bounds_data()[(3 + axis) * block->lanes + lane], bounds.upper[axis]);
         }
+        if (shape != Shape::kInstance) continue;
+        ASSERT_EQ(block->lanes, 1);
+        InstanceLeaf instance;  // the block may stand anywhere here
+        std::memcpy(static_cast<void*>(&instance), block->bounds_data(), sizeof(instance));
+        EXPECT_EQ(instance.scene, table.shapes().InstancedScene(name.geometry));
+        const AffineTransform& to_instance = table.shapes().ToStillInstance(name.geometry);
+        EXPECT_EQ(std::memcmp(&instance.to_instance, &to_instance, sizeof(to_instance)), 0);
         continue;
       }
       Point point;
