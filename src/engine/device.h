@@ -8,6 +8,7 @@
 #include "dacrt/dacrt.h"
 #include "engine/call_plan.h"
 #include "engine/kernels.h"
+#include "engine/prepared_scenes.h"
 #include "runtime/tasks.h"
 #include "runtime/workspace.h"
 
@@ -56,6 +57,7 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
   MemoryAccount memory;
   WorkspacePool workspaces;
   TaskPool tasks;
+  PreparedScenes prepared_scenes;
 
  private:
   std::atomic<std::size_t> calls_{0};

@@ -50,7 +50,10 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
                                       GeometryTable geometries, const SceneOptions& options,
                                       std::vector<std::shared_ptr<const Scene>> scenes,
                                       const Implementation* previous)
-    : device(std::move(shared_device)), instanced(std::move(scenes)), parts{std::move(geometries)} {
+    : device(std::move(shared_device)),
+      instanced(std::move(scenes)),
+      parts{std::move(geometries)},
+      prepared_(Engine().prepared_scenes, parts.geometries.shares()) {
   if (previous && PlanRefit(*previous, options)) {
     parts.triangle_count = previous->parts.triangle_count;
   } else if (Engine().Keeps()) {
@@ -64,6 +67,7 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
   } else {
     CountTriangles();
   }
+  parts.prepares_leaves = prepared_.has_room();
   parts.has_instances = !instanced.empty();
   parts.has_callbacks = parts.geometries.shapes().has_callbacks();
   parts.is_small = parts.triangle_count <= policy::kSmallScene;

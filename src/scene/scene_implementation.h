@@ -14,6 +14,7 @@
 #include "dacrt/dacrt.h"
 #include "engine/call_plan.h"
 #include "engine/device.h"
+#include "engine/prepared_scenes.h"
 #include "geometry/geometry_table.h"
 #include "partition/kept_partition.h"
 #include "partition/refit.h"
@@ -91,6 +92,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   /// The first call after a commit needs all threads for that, however short it is.
   void SplitForShortCall() const;
 
+  const PreparedScenes::Part prepared_;
   std::optional<RefitPlan> refit_plan_;  ///< until it is carried out
 };
 

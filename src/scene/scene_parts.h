@@ -18,7 +18,8 @@ struct alignas(64) SceneParts {
   std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept
   bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
   bool has_instances = false;
-  bool is_small = false;  ///< neither it nor a scene it has instances of is above kSmallScene
+  bool prepares_leaves = true;  ///< if it is small enough, see policy::kPreparedScene
+  bool is_small = false;        ///< neither it nor a scene it has instances of is above kSmallScene
 
   PartitionView partition() const { return kept ? kept->view() : PartitionView{}; }
 };

@@ -35,11 +35,13 @@ void Renew(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFun
   node.SetChild(leaf.child, ChildWord::Range(leaf.first));
 }
 
-void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunction prepare) {
+/// Prepares the copy where there may be `prepared` ones and the scene is small.
+void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, bool prepared,
+          PrepareFunction prepare) {
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
   const GeometryTable& geometries = kept.geometries();
-  const bool is_small = geometries.shares() <= policy::kPreparedScene;
+  const bool repeats = prepared && geometries.shares() <= policy::kPreparedScene;
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
     MadeLeaf made = MakeLeaf(geometries, leaf.items, leaf.first, shared, blocks);
@@ -53,7 +55,7 @@ void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, PrepareFunc
     std::memcpy(kept.leaf(place), blocks, made.bytes);
     return true;
   };
-  if (!(is_small && make(SharedVertices::kRepeat)) && !make(SharedVertices::kFind)) return;
+  if (!(repeats && make(SharedVertices::kRepeat)) && !make(SharedVertices::kFind)) return;
   node.SetChild(leaf.child, ChildWord::Block(place));
 }
 
@@ -100,7 +102,9 @@ void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered,
   std::array<BareLeaf, WideNode::kWidth> room;
   for (const BareLeaf& leaf : FindBareLeaves(kept, node, kept.HasLeafRoom() ? bare : stale, room)) {
     if (stale >> leaf.child & 1) Renew(kept, node, leaf, prepare);
-    if (node.Child(leaf.child).IsRange() && kept.HasLeafRoom()) Copy(kept, node, leaf, prepare);
+    if (node.Child(leaf.child).IsRange() && kept.HasLeafRoom()) {
+      Copy(kept, node, leaf, task.scene.prepares_leaves, prepare);
+    }
   }
   node.SetLeavesDone(bare);
   node.UnlockLeaves();

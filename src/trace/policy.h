@@ -96,4 +96,9 @@ inline constexpr std::size_t kSmallScene = 512;
 /// there is memory enough, and to load all that is quicker than to look it up and compute it.
 inline constexpr std::size_t kPreparedScene = 4096;
 
+/// And of all such scenes of a device together: leaves of 140 bytes a triangle, in about the second
+/// level of a core's caches. Where all of a thousand scenes of 270 triangles had such leaves, a
+/// stream of rays took 1.1 (10,000 and 100,000 rays) to 1.2 times as long (1,000).
+inline constexpr std::size_t kPreparedTogether = 2 * kPreparedScene;
+
 }  // namespace dacrt::policy

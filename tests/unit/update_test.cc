@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
@@ -341,6 +342,9 @@ struct ManyInstances {
       EXPECT_EQ(scene->bounds().lower[axis], fresh.bounds().lower[axis]) << what;
       EXPECT_EQ(scene->bounds().upper[axis], fresh.bounds().upper[axis]) << what;
     }
+    // These are asked of the geometries, and not of the partition.
+    const LinearBounds own = scene->linear_bounds(), expected = fresh.linear_bounds();
+    EXPECT_EQ(std::memcmp(&own, &expected, sizeof(own)), 0) << what;
   }
 
   Random random{8};
@@ -380,8 +384,8 @@ TEST(UpdateTest, InstancesArePlacedWhereThereIsNoRoomForNodes) { ExpectThatInsta
 TEST(UpdateTest, APlacementThatWouldNotDoChangesNothing) {
   ManyInstances many;
   Geometry first = many.all[1], second = many.all[2];  // which go before
-  many.Move(first);
   many.Move(second);
+  first.transforms[0].matrix.column[3][0] = 50;  // beyond all bounds
   const auto refuses = [&](const char* what, const Placement& placement) {
     EXPECT_FALSE(many.scene->Update(
         {second}, std::vector<Placement>{ManyInstances::PlacementOf(first), placement}))
