@@ -218,20 +218,23 @@ bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
 bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                              uint32_t& first_subset) {
   if (subset_count == 0 && TakeFree(node_count, first_node)) return true;
-  std::size_t subsets = subset_count_.load();
-  do {
-    if (subset_count > subsets_.size() - subsets) return false;
-  } while (!subset_count_.compare_exchange_weak(subsets, subsets + subset_count));
-  first_subset = static_cast<uint32_t>(subsets);
-
   uint64_t taken = taken_.load();
   do {
     const uint64_t nodes = taken >> 32, units = taken & UINT32_MAX;
-    // What was taken of the subsets is lost then; the budget is at its end.
     if ((nodes + node_count) * kUnitsANode + units > room_units_) return false;
     if (nodes + node_count > ChildWord::kMostNumber) return false;
     first_node = static_cast<uint32_t>(nodes);
   } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{node_count} << 32)));
+
+  // Last, since every subset that is counted stands somewhere.
+  std::size_t subsets = subset_count_.load();
+  do {
+    if (subset_count > subsets_.size() - subsets) {
+      Free({first_node, static_cast<uint32_t>(node_count)});
+      return false;
+    }
+  } while (!subset_count_.compare_exchange_weak(subsets, subsets + subset_count));
+  first_subset = static_cast<uint32_t>(subsets);
   DACRT_ASSERT(BytesUsed() <= BytesReserved());
   return true;
 }

@@ -157,6 +157,22 @@ TEST(KeptRoomTest, SubsetsEndWhereNodesBegin) {
 }
 
 // Without room for a leaf the order still says what is in it.
+// A refit would take a subset that is counted and stands nowhere for the first node's first child.
+TEST(KeptRoomTest, WhatIsRefusedTakesNoSubsets) {
+  Random random(8);
+  Kept owner(MakeSoup(random, 3000, 1, 0.05f), 32 * 3000);
+  KeptPartition& kept = owner.partition;
+  uint32_t node, subset;
+  EXPECT_FALSE(kept.Allocate(1 << 20, 3, node, subset)) << "too many nodes";
+  EXPECT_EQ(kept.subset_count(), 1u);
+  EXPECT_FALSE(kept.Allocate(2, 1000, node, subset)) << "too many subsets";
+  EXPECT_EQ(kept.subset_count(), 1u);
+  ASSERT_TRUE(kept.Allocate(2, 0, node, subset));
+  EXPECT_EQ(node, 0u) << "the nodes are free again";
+  ASSERT_TRUE(kept.Allocate(2, 3, node, subset));
+  EXPECT_EQ(subset, 1u);
+}
+
 TEST(KeptRoomTest, SmallBudgetsHaveNoLeaves) {
   Random random(33);
   const Mesh mesh = MakeSoup(random, 12000, 1, 0.05f);
