@@ -158,10 +158,11 @@ class DACRT_API Scene {
   /// The same for a scene that replaces `previous` in the next frame of an animation: where both
   /// have the same geometries but for vertices, transforms and bounds, with as many primitives and
   /// the same indices, what `previous` keeps can be taken over, and only what rays come to is
-  /// renewed. If so, takes_over() is true, and TakeOver must be called before anything else is done
-  /// with the new scene.
-  /// Where coordinates have changed so much that the old partition would be slow, or where other
-  /// primitives can be hit than before, takes_over() is false.
+  /// renewed. The new scene may have others with larger IDs besides. If so, takes_over() is true,
+  /// and TakeOver must be called before anything else is done with the new scene.
+  /// Where coordinates have changed so much that the old partition would be slow, where other
+  /// primitives can be hit than before, or where half as many have come as it was made of,
+  /// takes_over() is false.
   ///
   /// The caller's duty: nobody may trace `previous` meanwhile. Its indices and arrays need not be
   /// in place any more.

@@ -4,56 +4,22 @@
 #include <utility>
 #include <vector>
 
+#include "partition/list_pieces.h"
+#include "partition/partition_room.h"
 #include "runtime/scratch.h"
 
 namespace dacrt {
 namespace {
 
-/// Subsets of a scene. A subset that is split by a grid becomes ones of several hundred triangles;
-/// where they should not suffice, subsets stay larger.
-std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
-
-/// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
-/// to take at most, of triangles that overlap. Quads and cells of grids fill two lanes of a leaf.
-constexpr std::size_t kLanesANode = 18;
-std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
-  return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
-}
-
-/// Nodes that have room for the order of some triangles.
-std::size_t NodesForOrder(std::size_t triangles) {
-  constexpr std::size_t kPlaces = sizeof(WideNode) / sizeof(uint32_t);
-  return (triangles + kPlaces - 1) / kPlaces;
-}
-
-std::size_t LanesOf(const GeometryTable& geometries) {
-  std::size_t lanes = geometries.triangle_count();
-  if (geometries.all_fill_one_lane()) return lanes;
-  for (uint32_t geometry = 0; geometry < geometries.size(); ++geometry) {
-    lanes += (geometries.LanesOf(geometry) - 1) * geometries[geometry].triangle_count;
-  }
-  return lanes;
-}
+using namespace partition_room;
 
 /// What leaves with their geometry were measured to take at least, a triangle.
 constexpr std::size_t kLeafBytes = 20;
-
-constexpr std::size_t RoundUp(std::size_t bytes, std::size_t multiple) {
-  return (bytes + multiple - 1) / multiple * multiple;
-}
-
-/// Order and subsets; nodes and leaves stand behind them.
-std::size_t HeadBytes(std::size_t triangles) {
-  return RoundUp(sizeof(uint32_t) * triangles, alignof(WideNode)) +
-         RoundUp(sizeof(Subset) * SubsetsFor(triangles), alignof(WideNode));
-}
 
 /// Leaves of the least budget, and its nodes: subsets have several hundred triangles, and need a
 /// few nodes each.
 constexpr std::size_t kMostLeafLanes = 8 * kLeafLanes;
 std::size_t LeastNodes(std::size_t triangles) { return 16 + triangles / 168; }
-
-constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
 
 }  // namespace
 
@@ -67,16 +33,20 @@ std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
 
 KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget,
                              const FirstLook& look, TaskPool& tasks, const MemoryAccount* account)
-    : geometries_(&geometries), account_(account) {
-  const std::size_t most = geometries.triangle_count();
+    : geometries_(&geometries),
+      account_(account),
+      most_triangles_(geometries.triangle_count()),
+      made_triangles_(most_triangles_),
+      made_geometries_(geometries.size()) {
+  const std::size_t most = most_triangles_;
   const std::size_t bytes = BytesFor(most, budget);
   memory_ = Pages(bytes, account);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
-  next += RoundUp(sizeof(uint32_t) * most, alignof(WideNode));
+  next += OrderBytes(most);
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
-  room_units_ = (bytes - HeadBytes(most) - kReadBehind) / kLeafUnit;
+  room_units_ = UnitsFor(most, bytes);
   leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)) + NodesForOrder(most));
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
@@ -96,77 +66,34 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_[0].parent = Subset::kNowhere;
 }
 
-KeptPartition::KeptPartition(const KeptPartition& other)
-    : geometries_(other.geometries_),
-      account_(other.account_),
-      bounds_(other.bounds_),
-      centers_(other.centers_),
-      memory_(other.memory_.bytes(), account_),
-      triangles_(Same(other, other.triangles_.data()), other.triangles_.size()),
-      left_out_(Same(other, other.left_out_.data()), other.left_out_.size()),
-      subsets_(Same(other, other.subsets_.data()), other.subsets_.size()),
-      nodes_(Same(other, other.nodes_)),
-      taken_(other.taken_.load()),
-      room_units_(other.room_units_),
-      leaf_units_(other.leaf_units_.load()),
-      leaf_room_(other.leaf_room_.load()),
-      leaf_lanes_(other.leaf_lanes_),
-      subset_count_(other.subset_count_.load()),
-      lost_bytes_(other.lost_bytes_.load()),
-      goes_backwards_(other.goes_backwards_.load()),
-      is_short_lived_(other.is_short_lived_) {
-  for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
-  const std::byte* const begin = other.memory_.data();
-  const std::byte* const end = begin + other.memory_.bytes();
-  const auto* const nodes_end = reinterpret_cast<const std::byte*>(other.nodes_ + NodesUsed());
-  const std::byte* const leaves = end - kReadBehind - (taken_ & UINT32_MAX) * kLeafUnit;
-  std::copy(begin, nodes_end, memory_.data());
-  std::copy(leaves, end, memory_.data() + (leaves - begin));
-}
-
 /// What nodes leave for leaves.
 std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
   const std::size_t units = nodes * kUnitsANode;
   return room_units_ > units ? room_units_ - units : 0;
 }
 
-/// Each piece of the numbers is listed where it would stand if every triangle could be hit.
 void KeptPartition::List(const FirstLook& look, TaskPool& tasks) {
-  constexpr std::size_t kPiece = 65536;  // half a millisecond
   const std::size_t most = triangles_.size();
-  std::vector<uint32_t> left_out;
-  std::vector<ListedTriangles> pieces((most + kPiece - 1) / kPiece);
   if (most > SubsetScratch::kTriangles) PlaceGrid(tasks);
-  if (sorted_) pieces.resize(sorted_->parts);
-  const auto begin_of = [&](std::size_t piece) {
-    return sorted_ ? sorted_->PartOf(piece).begin : piece * kPiece;
-  };
-  const Box centers = sorted_ ? look.sample_centers(*geometries_) : Box::Empty();
+  const ListedTriangles all = sorted_ ? ListIntoGrid(look, tasks)
+                                      : ListInPieces(*geometries_, 0, triangles_, look.list, tasks);
+  bounds_ = all.bounds;
+  centers_ = all.centers;
+  left_out_ = triangles_.subspan(all.count);
+  triangles_ = triangles_.first(all.count);
+  if (!left_out_.empty()) sorted_.reset();
+}
+
+ListedTriangles KeptPartition::ListIntoGrid(const FirstLook& look, TaskPool& tasks) {
+  const Grid& grid = *sorted_;
+  std::vector<ListedTriangles> pieces(grid.parts);
+  const auto begin_of = [&](std::size_t part) { return grid.PartOf(part).begin; };
+  const Box centers = look.sample_centers(*geometries_);
   tasks.ForEach(pieces.size(), [&](std::size_t i) {
-    const std::size_t begin = begin_of(i);
-    uint32_t* const numbers = triangles_.data() + begin;
-    pieces[i] = sorted_ ? look.list_into_cells(*geometries_, *sorted_, i, centers, numbers)
-                        : look.list(*geometries_, begin, std::min(begin + kPiece, most), numbers);
+    pieces[i] =
+        look.list_into_cells(*geometries_, grid, i, centers, triangles_.data() + begin_of(i));
   });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const std::size_t begin = begin_of(i), end = i + 1 < pieces.size() ? begin_of(i + 1) : most;
-    left_out.insert(left_out.end(), triangles_.data() + begin + pieces[i].count,
-                    triangles_.data() + end);
-    if (pieces[i].count == 0) continue;
-    if (kept < begin) {
-      std::copy_n(triangles_.data() + begin, pieces[i].count, triangles_.data() + kept);
-    }
-    kept += pieces[i].count;
-    bounds_.Extend(pieces[i].bounds.lower);
-    bounds_.Extend(pieces[i].bounds.upper);
-    centers_.Extend(pieces[i].centers.lower);
-    centers_.Extend(pieces[i].centers.upper);
-  }
-  left_out_ = triangles_.subspan(kept);
-  std::copy(left_out.begin(), left_out.end(), left_out_.begin());
-  triangles_ = triangles_.first(kept);
-  if (!left_out.empty()) sorted_.reset();
+  return JoinPieces(triangles_, pieces, begin_of);
 }
 
 /// A grid in the memory that leaves will have, if there is enough.
@@ -257,7 +184,7 @@ bool KeptPartition::AllocateLeaf(std::size_t bytes, uint32_t& place) {
       leaf_room_.store(false, std::memory_order_relaxed);
       return false;
     }
-    const std::size_t end = (memory_.bytes() - kReadBehind) / kLeafUnit;
+    const std::size_t end = (memory_.span() - kReadBehind) / kLeafUnit;
     place = static_cast<uint32_t>(end - used - units);
   } while (!taken_.compare_exchange_weak(taken, taken + units));
   DACRT_ASSERT(BytesUsed() <= BytesReserved());

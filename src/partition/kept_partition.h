@@ -26,6 +26,7 @@
 #include "leaf/leaf_block.h"
 #include "partition/grid.h"
 #include "runtime/assert.h"
+#include "runtime/memory_account.h"
 #include "runtime/pages.h"
 #include "runtime/tasks.h"
 
@@ -64,13 +65,13 @@ struct Subset {
   uint32_t begin;
   uint32_t count;
   uint32_t parent;  ///< node and child, node * 8 + child, behind which it stands; or kNowhere
-  std::atomic<uint32_t> root;  ///< number of its first node, or one of the above
-  std::atomic<uint32_t> rays;  ///< that have come while its nodes were rented
+  std::atomic<uint32_t> root;    ///< number of its first node, or one of the above
+  std::atomic<uint32_t> rays;    ///< that have come while its nodes were rented
   std::atomic<uint32_t> inside;  ///< calls in its rented nodes
   uint32_t node_count : 31;      ///< nodes in a row from there
   uint32_t has_its_nodes : 1;    ///< see KeptPartition::HasItsNodes
   uint32_t spare;                ///< place for another order of its triangles; kNowhere: none yet
-  float made_surface;          ///< half of its bounds' surface when it came to be
+  float made_surface;            ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
   /// Which geometries have triangles here: a bit for each of 64 rows of geometries; 0 if it is not
   /// known.
@@ -154,9 +155,17 @@ class KeptPartition {
   KeptPartition(const GeometryTable& geometries, std::size_t budget, const FirstLook& look,
                 TaskPool& tasks, const MemoryAccount* account = nullptr);
 
+  /// For how much a partition's addresses suffice: triangles, those that cannot be hit among them,
+  /// and bytes. Of those that are not used large pages may hold some.
+  struct Capacity {
+    std::size_t triangles;
+    std::size_t bytes;
+  };
+
   /// The same once more, with what has been split so far. Nobody may trace the other one meanwhile.
   /// Throws std::bad_alloc.
-  KeptPartition(const KeptPartition& other);
+  KeptPartition(const KeptPartition& other) : KeptPartition(other, other.capacity()) {}
+  KeptPartition(const KeptPartition& other, const Capacity& capacity);
   KeptPartition& operator=(const KeptPartition&) = delete;
 
   /// Least budget with which anything is kept.
@@ -251,7 +260,26 @@ class KeptPartition {
   /// Bytes of a partition that is made for so many triangles with this budget.
   static std::size_t BytesFor(std::size_t triangles, std::size_t budget);
 
-  /// From now on for these geometries, of as many triangles as before (see refit.h).
+  /// Whether it can be enlarged to `bytes` bytes for the geometries `now`, which are its own and
+  /// others behind them, and that is better than to make it anew (see growth.h).
+  bool CanGrow(const GeometryTable& now, std::size_t bytes) const;
+  Capacity capacity() const { return {most_triangles_, memory_.span()}; }
+  /// What it has, or, if that does not suffice to grow so, what a copy should have.
+  Capacity CapacityFor(const GeometryTable& now, std::size_t bytes) const;
+  /// Does it, if its capacity suffices: by the triangles `listed` of `numbers`, which are those of
+  /// the other geometries, the ones that can be hit first, and with so much more memory. They are a
+  /// subset that stands nowhere yet.
+  void Grow(const GeometryTable& now, const ListedTriangles& listed,
+            std::span<const uint32_t> numbers, MemoryClaim&& more) noexcept;
+  /// That subset, if there is one.
+  std::optional<uint32_t> TakeNew() { return std::exchange(new_subset_, std::nullopt); }
+
+  /// The bit of a geometry among Subset::geometry_bits.
+  uint64_t BitOf(uint32_t geometry) const {
+    return uint64_t{1} << uint64_t{geometry} * 64 / made_geometries_ % 64;
+  }
+
+  /// From now on for these geometries, of as many triangles as it has (see refit.h).
   void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
@@ -274,13 +302,11 @@ class KeptPartition {
 
  private:
   void List(const FirstLook& look, TaskPool& tasks);
+  ListedTriangles ListIntoGrid(const FirstLook& look, TaskPool& tasks);
   void PlaceGrid(TaskPool& tasks);
-  /// What stands in a place of this one's memory as something does in another one's.
-  template <class T>
-  T* Same(const KeptPartition& other, T* place) const {
-    const auto offset = reinterpret_cast<const std::byte*>(place) - other.memory_.data();
-    return reinterpret_cast<T*>(memory_.data() + offset);
-  }
+  void AddSubset(const GeometryTable& now, const ListedTriangles& listed);
+  void MovePlaces(const KeptPartition& other);
+  std::size_t NodePlace() const;
   bool TakeFree(std::size_t node_count, uint32_t& first_node);
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
   std::size_t NodesUsed() const { return taken_ >> 32; }
@@ -293,6 +319,10 @@ class KeptPartition {
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();
   Pages memory_;
+  std::size_t most_triangles_;   ///< that its order has places for
+  std::size_t made_triangles_;   ///< that it was made of
+  std::size_t made_geometries_;  ///< the same
+  std::optional<uint32_t> new_subset_;
   std::optional<Grid> sorted_;
   std::span<uint32_t> triangles_;
   std::span<uint32_t> left_out_;
@@ -301,7 +331,7 @@ class KeptPartition {
   /// Nodes grow upwards from the first one, leaf blocks downwards from the end of the memory; both
   /// in one word, so that they never meet: nodes in the upper half, units of leaves in the lower.
   std::atomic<uint64_t> taken_{0};
-  std::size_t room_units_ = 0;  ///< for nodes and leaves, in units of leaves
+  std::size_t room_units_ = 0;              ///< for nodes and leaves, in units of leaves
   std::atomic<std::size_t> leaf_units_{0};  ///< for leaves at most: nodes come first
   std::atomic<bool> leaf_room_{false};
   std::size_t leaf_lanes_ = kLeafLanes;

@@ -16,6 +16,7 @@
 #include <atomic>
 #include <bit>
 
+#include "partition/insert_subset-inl.h"
 #include "partition/refit.h"
 #include "partition/refit_subset-inl.h"
 
@@ -26,10 +27,11 @@ namespace HWY_NAMESPACE {
 /// Where triangles are that have moved.
 class ChangedTriangles {
  public:
-  ChangedTriangles(const GeometryTable& geometries, const std::vector<bool>& changed) {
+  ChangedTriangles(const KeptPartition& kept, const GeometryTable& geometries,
+                   const std::vector<bool>& changed) {
     for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
       if (!changed[geometry]) continue;
-      bits_ |= GeometryBit(geometries, geometry);
+      bits_ |= kept.BitOf(geometry);
       if (rows_++ < kMostRows) {
         first_[rows_ - 1] = geometries.Number(geometry, 0);
         count_[rows_ - 1] = static_cast<uint32_t>(geometries[geometry].triangle_count);
@@ -144,11 +146,6 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
   return is_same;
 }
 
-/// Whether a subset has no others in it.
-inline bool IsUnit(const Subset& subset) {
-  return !Subset::HasNodes(subset.root) || subset.count <= SubsetScratch::kTriangles;
-}
-
 /// About the bounds that a subset will have: those of some of its triangles, or what is known.
 inline Box EstimateBounds(const KeptPartition& kept, const GeometryTable& now, const Subset& subset,
                           const ChangedTriangles& changed) {
@@ -190,7 +187,7 @@ inline bool CanRefit(const KeptPartition& kept, const GeometryTable& now, const 
   if (kept.triangle_count() == 0 || kept.subset(0).root == Subset::kUnsplit) return false;
   if (kept.IsWornOut() && !plan.always) return false;
   return SameCanBeHit(kept, now, plan.changed, tasks) &&
-         (plan.always || !HaveDecayed(kept, now, ChangedTriangles(now, plan.changed)));
+         (plan.always || !HaveDecayed(kept, now, ChangedTriangles(kept, now, plan.changed)));
 }
 
 /// The bounds of a subset that has no nodes.
@@ -210,7 +207,7 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
                      }
                      if (HWY_LIKELY(name.geometry == known)) return;
                      known = name.geometry;
-                     geometry_bits |= GeometryBit(geometries, name.geometry);
+                     geometry_bits |= kept.BitOf(name.geometry);
                    });
   subset.geometry_bits = geometry_bits;
   return bounds.Get();
@@ -271,7 +268,7 @@ class RefitOver {
 inline void Refit(KeptPartition& kept, const GeometryTable& now, const RefitPlan& plan,
                   TaskPool& tasks) noexcept {
   kept.SetGeometries(now);
-  const ChangedTriangles changed(now, plan.changed);
+  const ChangedTriangles changed(kept, now, plan.changed);
   const size_t count = kept.subset_count();
   constexpr size_t kPiece = 8;  // subsets: some thousand triangles
   const auto refit_piece = [&](size_t piece) {
@@ -297,6 +294,7 @@ inline void Refit(KeptPartition& kept, const GeometryTable& now, const RefitPlan
     }
   };
   set_parents(true);
+  if (const auto added = kept.TakeNew()) InsertSubset(kept, *added);
   kept.SetBounds(RefitOver(kept).Subset(0));
   set_parents(false);
 }

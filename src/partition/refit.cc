@@ -13,9 +13,9 @@ bool AreSame(const std::vector<Array>& a, const std::vector<Array>& b) {
 
 }  // namespace
 
-bool HaveSameItems(const GeometryTable& before, const GeometryTable& now) {
+bool BeginsWithSameItems(const GeometryTable& before, const GeometryTable& now) {
   const Shapes &a = before.shapes(), &b = now.shapes();
-  if (a.size() != b.size()) return false;
+  if (a.size() > b.size()) return false;
   for (uint32_t i = 0; i < a.size(); ++i) {
     if (a[i].shape != b[i].shape || a[i].geometry_id != b[i].geometry_id ||
         a.ItemCount(i) != b.ItemCount(i) || a.StepCount(i) != b.StepCount(i) ||
@@ -34,7 +34,7 @@ bool IsChanged(const Geometry& before, const Geometry& now) {
 
 std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now) {
   std::vector<bool> changed(now.shapes().size());
-  for (uint32_t i = 0; i < changed.size(); ++i) {
+  for (uint32_t i = 0; i < before.shapes().size(); ++i) {
     changed[i] = IsChanged(before.shapes()[i], now.shapes()[i]);
   }
   return changed;

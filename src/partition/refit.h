@@ -32,23 +32,24 @@ struct RefitPlan {
   bool always;                ///< however much subsets have decayed
 };
 
-/// Whether two tables describe the same items in the same order, with the same indices, so that
-/// nothing but coordinates may differ.
-bool HaveSameItems(const GeometryTable& before, const GeometryTable& now);
+/// Whether a table describes the items of another one in the same order, with the same indices, so
+/// that nothing but coordinates may differ, and perhaps others behind them.
+bool BeginsWithSameItems(const GeometryTable& before, const GeometryTable& now);
 
 /// Whether a geometry may differ from what it was before.
 bool IsChanged(const Geometry& before, const Geometry& now);
 
-/// Which geometries of `now` may differ from what they were before, where they have the same items.
+/// Which geometries of `now` may differ from what they were before; not those that are new.
 std::vector<bool> ChangedGeometries(const GeometryTable& before, const GeometryTable& now);
 
-/// Whether `kept` can be refitted to the geometries `now`, which have the same items, as `plan`
-/// says. False if the partition must be made anew: other items than before can be hit, or, unless
-/// the plan says always, its subsets have decayed.
+/// Whether `kept` can be refitted to the geometries `now`, which begin with the same items, as
+/// `plan` says. False if the partition must be made anew: other items than before can be hit, or,
+/// unless the plan says always, its subsets have decayed.
 using CanRefitFunction = bool (*)(const KeptPartition& kept, const GeometryTable& now,
                                   const RefitPlan& plan, TaskPool& tasks);
 
-/// Does it. Nobody may trace meanwhile.
+/// Does it. A subset of items that have come (see growth.h) gets its place. Nobody may trace
+/// meanwhile.
 using RefitFunction = void (*)(KeptPartition& kept, const GeometryTable& now, const RefitPlan& plan,
                                TaskPool& tasks) noexcept;
 

@@ -25,11 +25,6 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// The bit of a geometry among Subset::geometry_bits.
-inline uint64_t GeometryBit(const GeometryTable& geometries, uint32_t geometry) {
-  return uint64_t{1} << (uint64_t{geometry} * 64 / geometries.size());
-}
-
 class SubsetRefit {
  public:
   SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes,
@@ -75,7 +70,7 @@ class SubsetRefit {
       const auto count = static_cast<uint32_t>(geometries_[geometry].triangle_count);
       const CornerSource source(geometries_, geometry);
       const bool has_triangles = geometries_.HasTriangles(geometry);
-      geometry_bits_ |= GeometryBit(geometries_, geometry);
+      geometry_bits_ |= kept_.BitOf(geometry);
       for (; i < order_.size(); ++i) {
         const uint32_t primitive = KeptOrder::NumberOf(order_[i]) - first;
         if (primitive >= count) break;

@@ -28,4 +28,33 @@ class MemoryAccount {
   MemoryMonitor monitor_;
 };
 
+/// Memory that has been asked for, until it is given back.
+class MemoryClaim {
+ public:
+  MemoryClaim() = default;
+  /// `account`, if there is one, must outlive it. Throws std::bad_alloc if the monitor refuses.
+  MemoryClaim(std::size_t bytes, const MemoryAccount* account) : bytes_(bytes), account_(account) {
+    if (account) account->Take(bytes);
+  }
+  ~MemoryClaim() {
+    if (account_) account_->Give(bytes_);
+  }
+  MemoryClaim(MemoryClaim&& other) noexcept
+      : bytes_(std::exchange(other.bytes_, 0)), account_(other.account_) {}
+  MemoryClaim& operator=(MemoryClaim&& other) noexcept {
+    std::swap(bytes_, other.bytes_);
+    std::swap(account_, other.account_);
+    return *this;
+  }
+
+  std::size_t bytes() const { return bytes_; }
+
+  /// Takes over another one of the same account.
+  void Join(MemoryClaim&& other) { bytes_ += std::exchange(other.bytes_, 0); }
+
+ private:
+  std::size_t bytes_ = 0;
+  const MemoryAccount* account_ = nullptr;
+};
+
 }  // namespace dacrt

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "runtime/memory_account.h"
 
@@ -11,20 +12,25 @@ namespace dacrt {
 class Pages {
  public:
   Pages() = default;
-  /// `account`, if there is one, hears of them before and afterwards, and must outlive them.
+  /// `account`, if there is one, hears of them before and afterwards, and must outlive them. Of the
+  /// `span` bytes of addresses, if that is more, no more than `bytes` may be touched.
   /// Throws std::bad_alloc.
-  explicit Pages(std::size_t bytes, const MemoryAccount* account = nullptr);
+  explicit Pages(std::size_t bytes, const MemoryAccount* account = nullptr, std::size_t span = 0);
   ~Pages();
   Pages(Pages&& other) noexcept;
   Pages& operator=(Pages&& other) noexcept;
 
   std::byte* data() const { return data_; }
-  std::size_t bytes() const { return bytes_; }
+  std::size_t bytes() const { return claim_.bytes(); }
+  std::size_t span() const { return span_; }
+
+  /// From now on so much more of the addresses may be touched.
+  void Extend(MemoryClaim&& more) { claim_.Join(std::move(more)); }
 
  private:
   std::byte* data_ = nullptr;
-  std::size_t bytes_ = 0;
-  const MemoryAccount* account_ = nullptr;
+  std::size_t span_ = 0;
+  MemoryClaim claim_;
 };
 
 }  // namespace dacrt

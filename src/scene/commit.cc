@@ -55,7 +55,8 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
       parts{std::move(geometries)},
       prepared_(Engine().prepared_scenes, parts.geometries.shares()) {
   if (previous && PlanRefit(*previous, options)) {
-    parts.triangle_count = previous->parts.triangle_count;
+    parts.triangle_count =
+        previous->parts.triangle_count + (growth_ ? growth_->triangle_count() : 0);
   } else if (Engine().Keeps()) {
     const Keep keep = options.keep;
     parts.kept = std::make_unique<KeptPartition>(

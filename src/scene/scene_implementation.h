@@ -16,6 +16,7 @@
 #include "engine/device.h"
 #include "engine/prepared_scenes.h"
 #include "geometry/geometry_table.h"
+#include "partition/growth.h"
 #include "partition/kept_partition.h"
 #include "partition/refit.h"
 #include "runtime/workspace.h"
@@ -94,6 +95,7 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   const PreparedScenes::Part prepared_;
   std::optional<RefitPlan> refit_plan_;  ///< until it is carried out
+  std::optional<Growth> growth_;         ///< the same; none if there is nothing new
 };
 
 }  // namespace dacrt

@@ -1,12 +1,15 @@
 // A scene in the place of another one: what that one keeps is refitted where it fits.
 
 #include <memory>
+#include <new>
 #include <utility>
 
 #include "dacrt/dacrt.h"
 #include "engine/device.h"
 #include "geometry/geometry_table.h"
+#include "partition/growth.h"
 #include "partition/kept_partition.h"
+#include "partition/partition.h"
 #include "partition/refit.h"
 #include "runtime/ordinary_arithmetic.h"
 #include "scene/scene_implementation.h"
@@ -27,14 +30,21 @@ bool Scene::Implementation::PlanRefit(const Implementation& previous, const Scen
   const KeptPartition* const kept = previous.parts.kept.get();
   const GeometryTable& geometries = parts.geometries;
   if (!kept || previous.device != device ||
-      kept->BytesReserved() !=
-          KeptPartition::BytesFor(geometries.triangle_count(),
-                                  Engine().BudgetBytes(geometries, options.keep)) ||
-      !HaveSameItems(previous.parts.geometries, geometries)) {
+      !BeginsWithSameItems(previous.parts.geometries, geometries)) {
     return false;
   }
+  const std::size_t bytes = KeptPartition::BytesFor(geometries.triangle_count(),
+                                                    Engine().BudgetBytes(geometries, options.keep));
+  const bool grows = geometries.size() > previous.parts.geometries.size();
+  if (grows ? !kept->CanGrow(geometries, bytes) : kept->BytesReserved() != bytes) return false;
   RefitPlan plan{ChangedGeometries(previous.parts.geometries, geometries), options.always_refit};
-  if (!Engine().kernels.partition.can_refit(*kept, geometries, plan, Engine().tasks)) return false;
+  const PartitionKernels& kernels = Engine().kernels.partition;
+  if (!kernels.can_refit(*kept, geometries, plan, Engine().tasks)) return false;
+  try {
+    if (grows) growth_.emplace(*kept, geometries, bytes, kernels.first_look.list, Engine().tasks);
+  } catch (const std::bad_alloc&) {
+    return false;  // there may be memory for one that is made anew: it has no addresses to spare
+  }
   refit_plan_ = std::move(plan);
   return true;
 }
@@ -42,20 +52,24 @@ bool Scene::Implementation::PlanRefit(const Implementation& previous, const Scen
 void Scene::Implementation::TakeOver(Implementation& previous) noexcept {
   if (!refit_plan_) return;
   parts.kept = std::move(previous.parts.kept);
+  if (auto copy = growth_ ? growth_->TakeCopy() : nullptr) parts.kept = std::move(copy);
   previous.parts.triangle_count = 0;
   CarryOutPlan();
 }
 
 void Scene::Implementation::TakeCopy(const Implementation& previous) {
   if (!refit_plan_) return;
-  parts.kept = std::make_unique<KeptPartition>(*previous.parts.kept);
+  if (growth_) parts.kept = growth_->TakeCopy();
+  if (!parts.kept) parts.kept = std::make_unique<KeptPartition>(*previous.parts.kept);
   CarryOutPlan();
 }
 
 void Scene::Implementation::CarryOutPlan() noexcept {
   const OrdinaryArithmetic ordinary;
+  if (growth_) growth_->CarryOut(*parts.kept, parts.geometries);
   Engine().kernels.partition.refit(*parts.kept, parts.geometries, *refit_plan_, Engine().tasks);
   parts.bounds = parts.kept->bounds();
+  growth_.reset();
   refit_plan_.reset();
 }
 

@@ -16,14 +16,6 @@ RTCGeometry CommittedInstance(Session& s, RTCScene inner, float z) {
   return instance;
 }
 
-float Distance(Session& s, RTCScene scene) {
-  RTCRayHit ray = RayAt(0.2f);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  s.api.rtcIntersect1(scene, &context, &ray);
-  return ray.ray.tfar;
-}
-
 class InstancesThatGo : public OnBothLibraries {};
 INSTANTIATE_ON_BOTH_LIBRARIES(InstancesThatGo);
 
@@ -38,7 +30,7 @@ TEST_P(InstancesThatGo, AreNotThereAndComeBackAsTheyAreByThen) {
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   const auto expect = [&](float distance, float lower, const char* when) {
     s.api.rtcCommitScene(scene);
-    EXPECT_EQ(Distance(s, scene), distance) << when;
+    EXPECT_EQ(s.Distance(scene), distance) << when;
     RTCBounds bounds;
     s.api.rtcGetSceneBounds(scene, &bounds);
     EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
@@ -82,14 +74,14 @@ TEST_P(InstancesThatGo, ShowTheirSceneAsItIsWhenTheyComeBack) {
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   s.api.rtcDisableGeometry(instance);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 15);
+  EXPECT_EQ(s.Distance(scene), 15);
   s.api.rtcAttachGeometry(inner, s.Triangle(1));
   s.api.rtcCommitScene(inner);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 15);
+  EXPECT_EQ(s.Distance(scene), 15);
   s.api.rtcEnableGeometry(instance);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 11);
+  EXPECT_EQ(s.Distance(scene), 11);
 }
 
 /// Bytes that a drop-in holds at last, of a scene of a triangle and an instance to which `happens`.
@@ -113,11 +105,11 @@ ssize_t Held(
   const RTCScene scene = s.SceneOf(s.Triangle(5));
   s.api.rtcAttachGeometry(scene, instance);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 10);
+  EXPECT_EQ(s.Distance(scene), 10);
   happens(s, scene, inner, instance);
   s.api.rtcReleaseGeometry(instance);
   s.api.rtcReleaseScene(inner);
-  EXPECT_EQ(Distance(s, scene), 15);
+  EXPECT_EQ(s.Distance(scene), 15);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
   const ssize_t at_last = held;
   s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
@@ -168,15 +160,15 @@ TEST(DropInInstancesThatGo, AskForNoMemory) {
   const RTCScene scene = s.SceneOf(instance);
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 10);
+  EXPECT_EQ(s.Distance(scene), 10);
   s.api.rtcSetDeviceMemoryMonitorFunction(
       s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
   s.api.rtcDisableGeometry(instance);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 15);
+  EXPECT_EQ(s.Distance(scene), 15);
   s.api.rtcEnableGeometry(instance);
   s.api.rtcCommitScene(scene);
-  EXPECT_EQ(Distance(s, scene), 10);
+  EXPECT_EQ(s.Distance(scene), 10);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
   s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
@@ -190,7 +182,7 @@ TEST(DropInInstancesThatGo, LeaveASceneOfWhichThereMayBeInstances) {
   s.api.rtcDisableGeometry(instance);
   s.api.rtcCommitScene(middle);
   const RTCScene outer = s.SceneOf(CommittedInstance(s, middle, 1));
-  EXPECT_EQ(Distance(s, outer), 13);
+  EXPECT_EQ(s.Distance(outer), 13);
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
 }
 

@@ -73,6 +73,14 @@ unsigned int Session::HitGeometry(RTCScene scene, unsigned int mask) {
   return ray.hit.geomID;
 }
 
+float Session::Distance(RTCScene scene) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit ray = RayAt(0.2f);
+  api.rtcIntersect1(scene, &context, &ray);
+  return ray.ray.tfar;
+}
+
 RTCRayHit RayAt(float x, unsigned int mask) {
   RTCRayHit record{};
   record.ray.org_x = x;

@@ -54,6 +54,8 @@ class Session {
   /// The geometry that the ray from (0.2, 0.2, -10) along +z with this mask hits; the invalid ID
   /// for a miss.
   unsigned int HitGeometry(RTCScene scene, unsigned int mask = 0xFFFFFFFF);
+  /// The tfar that this ray has then.
+  float Distance(RTCScene scene);
 
   struct Mesh {
     float vertices[3][4];

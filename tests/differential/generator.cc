@@ -23,7 +23,7 @@ const T& Pick(Random& random, const T (&choices)[kCount]) {
 class Generator {
  public:
   Generator(uint64_t seed, const Features& features)
-      : random_(seed), scale_random_(~seed), features_(features) {}
+      : random_(seed), scale_random_(~seed), growth_random_(seed + 1), features_(features) {}
 
   World Make(std::size_t rays) {
     extent_ = std::exp2(random_.Uniform(-2, 4));
@@ -92,7 +92,10 @@ class Generator {
     // Most scenes are of few primitives, which find most faults and can be understood.
     most_primitives_ = static_cast<uint32_t>(std::exp2(random_.Uniform(0, 8)));
     moving_share_ = random_.Chance(0.5f) ? random_.Uniform() : 0;
+    // Some begin with so many that the drop-in keeps its partition when others are attached.
+    const bool grows = is_top && Has(features_, Feature::kChanges) && growth_random_.Chance(0.08f);
     for (uint32_t i = 0; i < count; ++i) {
+      least_primitives_ = grows && i == 0 ? 2048 : 1;
       const bool is_instance = is_top && place > 0 && (shapes.empty() || random_.Chance(0.6f));
       if (!is_instance && shapes.empty()) continue;
       WorldGeometry geometry =
@@ -104,6 +107,17 @@ class Generator {
       scene.geometries.push_back(std::move(geometry));
     }
     next_id_ = 0;
+    const auto made = static_cast<uint32_t>(scene.geometries.size());
+    if (grows && made > 1) {
+      grows_ = true;
+      WorldGeometry& first = scene.geometries.front();
+      first.attached = first.enabled = true;
+      // Many that rays pass through would keep the reference busy.
+      first.closest_filter = first.any_filter = FilterKind::kNone;
+      for (uint32_t i = 1 + growth_random_.Below(made - 1); i < made; ++i) {
+        scene.geometries[i].attached = false;
+      }
+    }
     return scene;
   }
 
@@ -178,7 +192,7 @@ class Generator {
 
   void MakePrimitives(WorldGeometry& geometry) {
     geometry.vertices.resize(1);
-    const uint32_t count = 1 + random_.Below(most_primitives_);
+    const uint32_t count = least_primitives_ + random_.Below(most_primitives_);
     if (HasPoints(geometry.shape)) return MakePoints(geometry, count);
     if (geometry.shape == Shape::kGrids) return MakeGrids(geometry, count);
     const uint32_t corners = geometry.shape == Shape::kTriangles ? 3 : 4;
@@ -391,7 +405,8 @@ class Generator {
   }
 
   void AddStages(World& world, std::size_t rays) {
-    const uint32_t stages = Chance(Feature::kChanges, 0.4f) ? 2 + random_.Below(3) : 1;
+    const uint32_t drawn = Chance(Feature::kChanges, 0.4f) ? 2 + random_.Below(3) : 1;
+    const uint32_t stages = std::max(drawn, grows_ ? 3u : 1u);
     // What the stages so far have made of it.
     std::vector<WorldScene> scenes = world.scenes;
     for (uint32_t i = 0; i < stages; ++i) {
@@ -402,7 +417,23 @@ class Generator {
     }
   }
 
+  /// Of what is not attached the first one is, and nothing else happens; or something else does.
+  bool Grow(std::vector<WorldScene>& scenes, Stage& stage) {
+    if (!grows_ || growth_random_.Chance(0.2f)) return false;
+    const auto& geometries = scenes.back().geometries;
+    const auto next = std::find_if(geometries.begin(), geometries.end(),
+                                   [](const auto& geometry) { return !geometry.attached; });
+    if (next == geometries.end()) return false;
+    Change& change = stage.changes.emplace_back();
+    change.kind = Change::Kind::kAttach;
+    change.scene = static_cast<uint32_t>(scenes.size() - 1);
+    change.geometry = static_cast<uint32_t>(next - geometries.begin());
+    Apply(change, scenes);
+    return true;
+  }
+
   void AddChanges(std::vector<WorldScene>& scenes, Stage& stage) {
+    if (Grow(scenes, stage)) return;
     const uint32_t count = 1 + random_.Below(4);
     for (uint32_t i = 0; i < count; ++i) {
       Change change;
@@ -469,13 +500,14 @@ class Generator {
     return own_choice ? "" : "isa=avx2";
   }
 
-  Random random_, scale_random_;
+  Random random_, scale_random_, growth_random_;
   const Features& features_;
   float extent_ = 1;  ///< half of the scene's size
   Float3 center_;
   bool on_lattice_ = false;
   bool has_context_filters_ = false;
-  uint32_t most_primitives_ = 1;
+  bool grows_ = false;
+  uint32_t least_primitives_ = 1, most_primitives_ = 1;
   float moving_share_ = 0;
   uint32_t next_id_ = 0;
 };

@@ -1,0 +1,198 @@
+#include "partition/growth.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "partition/list_pieces.h"
+#include "partition/partition_room.h"
+#include "runtime/scratch.h"
+
+namespace dacrt {
+
+using namespace partition_room;
+
+namespace {
+
+/// Subsets that some triangles come to be.
+std::size_t SubsetsOf(std::size_t triangles) {
+  return triangles > SubsetScratch::kTriangles ? SubsetsFor(triangles) : 1;
+}
+
+/// Nodes that splitting them takes at most, and one over the subset and another one.
+std::size_t NodesOf(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
+  return NodesFor(lanes, leaf_lanes) - NodesFor(0) + 2;
+}
+
+}  // namespace
+
+Growth::Growth(const KeptPartition& kept, const GeometryTable& now, std::size_t bytes,
+               ListFunction list, TaskPool& tasks) {
+  const std::size_t before = kept.triangle_count() + kept.left_out().size();
+  memory_ = Pages(sizeof(uint32_t) * (now.triangle_count() - before), kept.account());
+  listed_ = ListInPieces(now, before, numbers(), list, tasks);
+  const KeptPartition::Capacity capacity = kept.CapacityFor(now, bytes);
+  if (capacity.bytes > kept.capacity().bytes) {
+    copy_ = std::make_unique<KeptPartition>(kept, capacity);
+  }
+  more_ = MemoryClaim(bytes - kept.BytesReserved(), kept.account());
+}
+
+bool KeptPartition::CanGrow(const GeometryTable& now, std::size_t bytes) const {
+  const std::size_t before = triangles_.size() + left_out_.size();
+  const std::size_t triangles = now.triangle_count(), added = triangles - before;
+  const Subset& all = subsets_[0];
+  // One that is split in one go is cheaply made anew.
+  if (!Subset::IsNode(all.root) || all.count <= SubsetScratch::kTriangles) return false;
+  if (triangles > made_triangles_ + growth::Most(made_triangles_)) return false;
+  // Small scenes have more for each triangle.
+  if (bytes < memory_.bytes()) return false;
+  if (CapacityFor(now, bytes).bytes / kLeafUnit > ChildWord::kMostBlock) return false;
+  if (subset_count_ + SubsetsOf(added) > SubsetsFor(triangles)) return false;
+  const uint64_t taken = taken_;
+  const std::size_t used = (taken >> 32) * kUnitsANode + (taken & UINT32_MAX);
+  const std::size_t lanes = LanesOf(now, static_cast<uint32_t>(geometries_->size()));
+  return used + NodesOf(lanes, leaf_lanes_) * kUnitsANode <= UnitsFor(triangles, bytes);
+}
+
+/// For as many triangles as it may grow to, so that it is copied once; more often where new ones
+/// have more bytes each than old ones.
+KeptPartition::Capacity KeptPartition::CapacityFor(const GeometryTable& now,
+                                                   std::size_t bytes) const {
+  const std::size_t room = UnitsFor(now.triangle_count(), bytes) * kLeafUnit + kReadBehind;
+  if (now.triangle_count() <= most_triangles_ &&
+      HeadBytes(most_triangles_) + room <= memory_.span())
+    return capacity();
+  const std::size_t most = made_triangles_ + growth::Most(made_triangles_);
+  return {most, HeadBytes(most) + RoundUp(room * most / now.triangle_count(), kLeafUnit)};
+}
+
+void KeptPartition::Grow(const GeometryTable& now, const ListedTriangles& listed,
+                         std::span<const uint32_t> numbers, MemoryClaim&& more) noexcept {
+  const std::size_t before = triangles_.size(), triangles = now.triangle_count();
+  const std::size_t lanes = LanesOf(now, static_cast<uint32_t>(geometries_->size()));
+  DACRT_ASSERT(triangles <= most_triangles_ &&
+               before + left_out_.size() + numbers.size() == triangles);
+  uint32_t* const end = triangles_.data() + before;
+  std::copy_backward(left_out_.begin(), left_out_.end(), end + listed.count + left_out_.size());
+  std::copy_n(numbers.begin(), listed.count, end);
+  std::copy(numbers.begin() + listed.count, numbers.end(), end + listed.count + left_out_.size());
+  triangles_ = {triangles_.data(), before + listed.count};
+  left_out_ = {end + listed.count, triangles - triangles_.size()};
+
+  memory_.Extend(std::move(more));
+  subsets_ = {subsets_.data(), SubsetsFor(triangles)};
+  const std::size_t room = UnitsFor(triangles, memory_.bytes());
+  const std::size_t for_nodes =
+      (NodesOf(lanes) + NodesForOrder(listed.count)) * kUnitsANode + room_units_;
+  leaf_units_ = std::max(leaf_units_ + room, for_nodes) - for_nodes;
+  leaf_room_ = leaf_units_ > (taken_ & UINT32_MAX);
+  room_units_ = room;
+  DACRT_ASSERT(BytesUsed() <= BytesReserved());
+  if (listed.count > 0) AddSubset(now, listed);
+}
+
+/// Of the last triangles of the order. The surface that it was made with is in proportion to what
+/// the others' have come to be since.
+void KeptPartition::AddSubset(const GeometryTable& now, const ListedTriangles& listed) {
+  Subset& all = subsets_[0];
+  Subset& subset = subsets_[subset_count_];
+  const float before = bounds_.HalfArea();
+  bounds_.Extend(listed.bounds.lower);
+  bounds_.Extend(listed.bounds.upper);
+  const float made = before > 0 ? all.made_surface / before : 1;
+  all.made_surface = made * bounds_.HalfArea();
+  all.count = static_cast<uint32_t>(triangles_.size());
+  subset.SetUnsplit(static_cast<uint32_t>(triangles_.size() - listed.count),
+                    static_cast<uint32_t>(listed.count), made * listed.bounds.HalfArea());
+  subset.parent = Subset::kNowhere;
+  for (auto geometry = static_cast<uint32_t>(geometries_->size()); geometry < now.size();
+       ++geometry) {
+    subset.geometry_bits |= BitOf(geometry);
+  }
+  std::copy_n(listed.bounds.lower, 3, subset.lower);
+  std::copy_n(listed.bounds.upper, 3, subset.upper);
+  new_subset_ = static_cast<uint32_t>(subset_count_++);
+}
+
+KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacity)
+    : geometries_(other.geometries_),
+      account_(other.account_),
+      bounds_(other.bounds_),
+      centers_(other.centers_),
+      memory_(other.memory_.bytes(), account_, capacity.bytes),
+      most_triangles_(capacity.triangles),
+      made_triangles_(other.made_triangles_),
+      made_geometries_(other.made_geometries_),
+      taken_(other.taken_.load()),
+      room_units_(other.room_units_),
+      leaf_units_(other.leaf_units_.load()),
+      leaf_room_(other.leaf_room_.load()),
+      leaf_lanes_(other.leaf_lanes_),
+      subset_count_(other.subset_count_.load()),
+      lost_bytes_(other.lost_bytes_.load()),
+      goes_backwards_(other.goes_backwards_.load()),
+      is_short_lived_(other.is_short_lived_) {
+  for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
+  std::byte* const begin = memory_.data();
+  const auto copy = [](const void* from, std::size_t bytes, std::byte* to) {
+    std::copy_n(static_cast<const std::byte*>(from), bytes, to);
+    return to;
+  };
+  const std::size_t listed = other.triangles_.size(), left_out = other.left_out_.size();
+  auto* const order = reinterpret_cast<uint32_t*>(
+      copy(other.triangles_.data(), sizeof(uint32_t) * (listed + left_out), begin));
+  triangles_ = {order, listed};
+  left_out_ = {order + listed, left_out};
+  subsets_ = {reinterpret_cast<Subset*>(copy(other.subsets_.data(), sizeof(Subset) * subset_count_,
+                                             begin + OrderBytes(capacity.triangles))),
+              other.subsets_.size()};
+  nodes_ = reinterpret_cast<WideNode*>(
+      copy(other.nodes_, sizeof(WideNode) * NodesUsed(), begin + HeadBytes(capacity.triangles)));
+  const std::size_t leaves = (taken_ & UINT32_MAX) * kLeafUnit + kReadBehind;
+  copy(other.memory_.data() + other.memory_.span() - leaves, leaves,
+       begin + memory_.span() - leaves);
+  if (memory_.span() != other.memory_.span()) MovePlaces(other);
+}
+
+/// What a copy with other addresses refers to stands elsewhere: leaves, and orders among the nodes.
+void KeptPartition::MovePlaces(const KeptPartition& other) {
+  const std::size_t nodes_before = other.NodePlace();
+  const auto order_shift = static_cast<uint32_t>(NodePlace() - nodes_before);
+  const auto leaf_shift =
+      static_cast<uint32_t>((memory_.span() - other.memory_.span()) / kLeafUnit);
+  const auto move = [&](uint32_t& place) {
+    if (place >= nodes_before && place != Subset::kNowhere) place += order_shift;
+  };
+  const auto move_child = [&](WideNode& node, std::size_t i) {
+    const ChildWord child = node.Child(i);
+    if (child.IsRange()) {
+      uint32_t place = child.range();
+      move(place);
+      node.SetChild(i, ChildWord::Range(place));
+    } else if (child.IsBlock()) {
+      const uint32_t place = child.block() + leaf_shift;
+      node.SetChild(i, ChildWord::Block(place));
+      auto* block = reinterpret_cast<LeafBlock*>(leaf(place));
+      for (move(block->first); !block->is_last; move(block->first)) {
+        block = const_cast<LeafBlock*>(block->Next());
+      }
+    }
+  };
+  for (Subset& subset : subsets_.first(subset_count_)) {
+    if (subset.root >= Subset::kNoRoom) continue;
+    move(subset.begin);
+    move(subset.spare);
+    const uint32_t first = Subset::NodeOf(subset.root);
+    for (uint32_t i = 0; i < subset.node_count; ++i) {
+      WideNode& node = this->node(first + i);
+      for (std::size_t k = 0; k < node.count; ++k) move_child(node, k);
+    }
+  }
+}
+
+/// Where nodes stand, as a place of the order.
+std::size_t KeptPartition::NodePlace() const {
+  return static_cast<std::size_t>(reinterpret_cast<const uint32_t*>(nodes_) - triangles_.data());
+}
+
+}  // namespace dacrt

@@ -1,0 +1,62 @@
+// How much room there is for what a kept partition consists of, and how much of it there must be.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/geometry_table.h"
+#include "geometry/wide_node.h"
+#include "leaf/leaf_block.h"
+#include "partition/kept_partition.h"
+
+namespace dacrt::partition_room {
+
+/// Subsets of a scene. A subset that is split by a grid becomes ones of several hundred triangles;
+/// where they should not suffice, subsets stay larger.
+constexpr std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
+
+/// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
+/// to take at most, of triangles that overlap. Quads and cells of grids fill two lanes of a leaf.
+inline constexpr std::size_t kLanesANode = 18;
+constexpr std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
+  return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
+}
+
+/// Nodes that have room for the order of some triangles.
+constexpr std::size_t NodesForOrder(std::size_t triangles) {
+  constexpr std::size_t kPlaces = sizeof(WideNode) / sizeof(uint32_t);
+  return (triangles + kPlaces - 1) / kPlaces;
+}
+
+/// Lanes of leaves that the triangles of all geometries from `first` on fill.
+inline std::size_t LanesOf(const GeometryTable& geometries, uint32_t first = 0) {
+  if (first == 0 && geometries.all_fill_one_lane()) return geometries.triangle_count();
+  std::size_t lanes = 0;
+  for (uint32_t geometry = first; geometry < geometries.size(); ++geometry) {
+    lanes += geometries.LanesOf(geometry) * geometries[geometry].triangle_count;
+  }
+  return lanes;
+}
+
+constexpr std::size_t RoundUp(std::size_t bytes, std::size_t multiple) {
+  return (bytes + multiple - 1) / multiple * multiple;
+}
+
+constexpr std::size_t OrderBytes(std::size_t triangles) {
+  return RoundUp(sizeof(uint32_t) * triangles, alignof(WideNode));
+}
+
+/// Order and subsets; nodes and leaves stand behind them.
+constexpr std::size_t HeadBytes(std::size_t triangles) {
+  return OrderBytes(triangles) + RoundUp(sizeof(Subset) * SubsetsFor(triangles), alignof(WideNode));
+}
+
+inline constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
+
+/// For nodes and leaves, in units of leaves, in a partition of so many bytes.
+constexpr std::size_t UnitsFor(std::size_t triangles, std::size_t bytes) {
+  return (bytes - HeadBytes(triangles) - KeptPartition::kReadBehind) / KeptPartition::kLeafUnit;
+}
+
+}  // namespace dacrt::partition_room
