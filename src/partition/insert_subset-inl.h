@@ -11,6 +11,8 @@
 #define DACRT_PARTITION_INSERT_SUBSET_INL_H_
 #endif
 
+#include <cmath>
+
 #include "geometry/wide_node-inl.h"
 #include "partition/build_nodes-inl.h"
 #include "partition/kept_partition.h"
