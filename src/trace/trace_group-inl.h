@@ -46,12 +46,6 @@ class GroupTracer {
     TraceActive(root, active, memory);
   }
 
-  /// The same for rays that have next to nothing in common.
-  void TraceLanesApart(ChildWord root, LaneMask active, ListMemory memory) {
-    rays_.BeginLanes(active);
-    TraceFew(root, active, memory);
-  }
-
   /// The rays `numbers[0]` to `numbers[count - 1]` of the task, at most kMost.
   void TraceRecords(ChildWord root, const RayNumber* numbers, size_t count, ListMemory memory) {
     rays_.BeginRecords(numbers, count);
@@ -138,8 +132,8 @@ class GroupTracer {
     return lanes & within;
   }
 
-  /// The rays of some lanes, each in its own way.
-  void TraceFew(ChildWord child, LaneMask active, ListMemory memory) {
+  /// The rays of some lanes, each in its own way; apart, so that the walk of groups stays short.
+  HWY_NOINLINE void TraceFew(ChildWord child, LaneMask active, ListMemory memory) {
     rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
       FewTracer<kQuery>(task_).Trace(child, list, count, memory);
     });

@@ -68,6 +68,40 @@ HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet
   });
 }
 
+/// Any hits of rays that have next to nothing in common; apart, so that the way of groups stays
+/// short.
+inline HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
+                                      const CallOptions& options, WorkspacePool& pool,
+                                      const GroupLanes<kPacketRays>& lanes, LaneMask active) {
+  StackMemory<kPacketRays> memory;
+  const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
+  SplitMemory split_memory(pool);
+  const TraceTask task{scene,
+                       scene.partition(),
+                       memory.rays,
+                       memory.hits,
+                       !scene.geometries.AllAccept(lanes.CommonMask(active)),
+                       /*keeps_leaf_hits=*/true,
+                       frame,
+                       split_memory,
+                       memory.ForInstances(),
+                       nullptr,
+                       FinishHit,
+                       packet.instance_value};
+  RayNumber list[kPacketRays];
+  size_t count = 0;
+  ForEachLane(active, [&](size_t lane) {
+    lanes.Store(lane, memory.rays[lane]);
+    list[count++] = static_cast<RayNumber>(lane);
+  });
+  FewTracer<Query::kAny>(task).Trace(scene.kept->root(), list, count, memory.Lists());
+  ForEachLane(active, [&](size_t lane) {
+    if (memory.rays[lane].tfar < 0) {
+      RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
+    }
+  });
+}
+
 /// The lanes of a packet, as one group or one by one.
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
@@ -75,10 +109,10 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   GroupLanes<kPacketRays> lanes;
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
-  const bool are_apart = !scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active);
-  const bool go_abreast = kQuery == Query::kAny && !scene.is_small &&
-                          hwy::PopCount(active) >= policy::kFewAbreast;
-  if (are_apart && !go_abreast) {
+  if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
+    if (kQuery == Query::kAny && !scene.is_small && hwy::PopCount(active) >= policy::kFewAbreast) {
+      return TraceAbreast(scene, packet, options, pool, lanes, active);
+    }
     return TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
   }
   StackMemory<kPacketRays> memory;
@@ -96,12 +130,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  nullptr,
                  FinishHit,
                  packet.instance_value};
-  if (are_apart) {
-    GroupTracer<kQuery, kPacketRays>(task, lanes)
-        .TraceLanesApart(scene.kept->root(), active, memory.Lists());
-  } else {
-    TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene));
-  }
+  TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene));
   if constexpr (kQuery == Query::kAny) {
     ForEachLane(lanes.Blocked(active), [&](size_t lane) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
