@@ -161,19 +161,6 @@ struct SlackReciprocals {
   }
 };
 
-/// IntersectPlanes for planes as seen from the ray's origin.
-template <class Vec>
-HWY_INLINE IntervalOf<Vec> IntersectPlanes(const Vec* near, const Vec* far,
-                                           const SlackReciprocals<Vec>& reciprocal) {
-  Vec entry = hn::Mul(near[0], reciprocal.near[0]);
-  Vec exit = hn::Mul(far[0], reciprocal.far[0]);
-  for (int axis = 1; axis < 3; ++axis) {
-    entry = hn::Max(entry, hn::Mul(near[axis], reciprocal.near[axis]));
-    exit = hn::Min(exit, hn::Mul(far[axis], reciprocal.far[axis]));
-  }
-  return {entry, exit};
-}
-
 /// The slab test axis by axis.
 template <class Vec>
 struct SlabsOf {

@@ -10,7 +10,6 @@
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_block.h"
-#include "rays/ray_pair-inl.h"
 #include "rays/ray_record.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -251,7 +250,6 @@ struct PlaneCrossing {
         t(DepthTerm(triangles, terms)),
         // Both before one branch, which is hard enough to foresee.
         meet(hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den))) {}
-  HWY_INLINE PlaneCrossing() = default;
 };
 
 /// What is left to find out where some lanes seem to meet.
@@ -295,42 +293,6 @@ HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<Eight
   crossing.divisor = terms.sum;
   return crossing;
 }
-
-#if DACRT_HAS_RAY_PAIRS
-HWY_INLINE TestTrianglesOf<PairVec> Twice(const TestTrianglesOf<EightPart>& triangles) {
-  TestTrianglesOf<PairVec> twice;
-  for (int axis = 0; axis < 3; ++axis) {
-    twice.v0[axis] = Twice(triangles.v0[axis]);
-    twice.e1[axis] = Twice(triangles.e1[axis]);
-    twice.e2[axis] = Twice(triangles.e2[axis]);
-    twice.ng[axis] = Twice(triangles.ng[axis]);
-  }
-  return twice;
-}
-
-/// Two rays against the same triangles.
-HWY_INLINE PlaneCrossing<PairVec> CrossPlanes(const RayRecord& first, const RayRecord& second,
-                                              const TestTrianglesOf<PairVec>& twice) {
-  const PairQuad org(first.org, second.org), dir(first.dir, second.dir);
-  TestRaysOf<PairVec> rays;
-  org.GetAxes(rays.org);
-  dir.GetAxes(rays.dir);
-  rays.tnear = dir.Get<3>();
-  rays.tfar = PairQuad(first.reciprocal, second.reciprocal).Get<3>();
-  return PlaneCrossing<PairVec>(rays, twice);
-}
-
-template <bool kSecond>
-HWY_INLINE PlaneCrossing<EightPart> HalfOf(const PlaneCrossing<PairVec>& both) {
-  PlaneCrossing<EightPart> half;
-  half.terms.u = HalfOf<kSecond>(both.terms.u);
-  half.terms.v = HalfOf<kSecond>(both.terms.v);
-  half.terms.den = HalfOf<kSecond>(both.terms.den);
-  half.t = HalfOf<kSecond>(both.t);
-  half.meet = {static_cast<__mmask8>(Bits(kPairTag, both.meet) >> (kSecond ? 8 : 0))};
-  return half;
-}
-#endif
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

@@ -149,18 +149,7 @@ class FacetTest {
       if (part * kPartLanes >= block_.lanes) return;
       const CornerLanes corners = DecodeCorners(block_, part);
       const auto triangles = corners.Triangles();
-      size_t i = 0;
-#if DACRT_HAS_RAY_PAIRS
-      if constexpr (!kRobust) {
-        const auto twice = Twice(triangles);
-        for (; i + 2 <= count; i += 2) {
-          Fetch(list, i + kAhead, count);
-          Fetch(list, i + kAhead + 1, count);
-          TestTwo<kInLeaf>(list[i], list[i + 1], triangles, twice, corners, part);
-        }
-      }
-#endif
-      for (; i < count; ++i) {
+      for (size_t i = 0; i < count; ++i) {
         Fetch(list, i + kAhead, count);
         TestRay<kInLeaf>(list[i], triangles, corners, part, nullptr);
       }
@@ -170,29 +159,6 @@ class FacetTest {
   HWY_INLINE void Fetch(const RayNumber* list, size_t i, size_t count) const {
     hwy::Prefetch(&task_.rays[list[i < count ? i : count - 1]]);
   }
-
-#if DACRT_HAS_RAY_PAIRS
-  template <bool kInLeaf>
-  HWY_INLINE void TestTwo(RayNumber first, RayNumber second,
-                          const TestTrianglesOf<EightPart>& triangles,
-                          const TestTrianglesOf<PairVec>& twice, const CornerLanes& corners,
-                          size_t part) const {
-    const auto planes = CrossPlanes(task_.rays[first], task_.rays[second], twice);
-    const uint64_t meet = Bits(kPairTag, planes.meet);
-    if (HWY_LIKELY(meet == 0)) return;
-    if ((meet & 0xFF) != 0) Finish<kInLeaf>(first, HalfOf<false>(planes), triangles, corners, part);
-    if (meet >> 8 != 0) Finish<kInLeaf>(second, HalfOf<true>(planes), triangles, corners, part);
-  }
-
-  template <bool kInLeaf>
-  HWY_INLINE void Finish(RayNumber number, const PlaneCrossing<EightPart>& plane,
-                         const TestTrianglesOf<EightPart>& triangles, const CornerLanes& corners,
-                         size_t part) const {
-    const SpreadRay ray{task_.rays[number]};
-    const FacetCrossing crossing = FinishCrossing(ray, TestRaysFrom(ray), plane, corners);
-    if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, triangles, part, nullptr);
-  }
-#endif
 
   void TestTimed(const RayNumber* list, size_t count) const {
     TimedFacets facets;

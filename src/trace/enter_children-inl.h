@@ -10,7 +10,6 @@
 #include <hwy/cache_control.h>
 
 #include "geometry/wide_node-inl.h"
-#include "rays/ray_pair-inl.h"
 #include "rays/ray_record.h"
 #include "trace/trace_task.h"
 
@@ -32,14 +31,16 @@ struct SlabRay {
   }
 };
 
-/// The children that are entered between `start` and `tfar`, a bit each, and where.
-template <class Interval, class Store>
-HWY_INLINE uint32_t EnterWithin(const Interval& interval_of, EightPart start, float tfar,
-                                const Store& store) {
+/// The children that a ray enters, a bit each; where there are fewer than eight, others may seem to
+/// be entered. `store(part, entry)` gets the distances.
+template <class Store>
+HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray, float tfar,
+                                  const Store& store) {
   uint32_t entered = 0;
   for (size_t part = 0; part < kParts; ++part) {
-    const IntervalOf<EightPart> interval = interval_of(part);
-    const EightPart entry = hn::Max(interval.entry, start);
+    const IntervalOf<EightPart> interval =
+        IntersectPlanes(planes.near[part], planes.far[part], ray.org, ray.reciprocal);
+    const EightPart entry = hn::Max(interval.entry, ray.start);
     const EightPart exit = hn::Min(interval.exit, hn::Set(kEightTag, tfar));
     entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(entry, exit))) << (part * kPartLanes);
     store(part, entry);
@@ -47,48 +48,9 @@ HWY_INLINE uint32_t EnterWithin(const Interval& interval_of, EightPart start, fl
   return entered;
 }
 
-/// The children that a ray enters, a bit each; where there are fewer than eight, others may seem to
-/// be entered. `store(part, entry)` gets the distances.
-template <class Store>
-HWY_INLINE uint32_t EnterChildren(const ChildPlanes& planes, const SlabRay& ray, float tfar,
-                                  const Store& store) {
-  return EnterWithin(
-      [&](size_t part) HWY_ATTR {
-        return IntersectPlanes(planes.near[part], planes.far[part], ray.org, ray.reciprocal);
-      },
-      ray.start, tfar, store);
-}
-
-#if DACRT_HAS_RAY_PAIRS
-/// EnterChildren for two rays at a time.
-class PairPlanes {
- public:
-  HWY_INLINE explicit PairPlanes(const ChildPlanes& planes) {
-    for (int axis = 0; axis < 3; ++axis) {
-      near_[axis] = Twice(planes.near[0][axis]);
-      far_[axis] = Twice(planes.far[0][axis]);
-    }
-  }
-
-  /// Those of the second ray are the upper eight bits.
-  HWY_INLINE uint32_t Enter(const RayRecord& first, const RayRecord& second) const {
-    const PairQuad begin(first.org, second.org), slope(first.reciprocal, second.reciprocal);
-    PairVec org[3], reciprocal[3];
-    begin.GetAxes(org);
-    slope.GetAxes(reciprocal);
-    const IntervalOf<PairVec> interval = IntersectPlanes(near_, far_, org, reciprocal);
-    const PairVec entry = hn::Max(interval.entry, begin.Get<3>());  // start
-    const PairVec exit = hn::Min(interval.exit, slope.Get<3>());    // tfar
-    return static_cast<uint32_t>(Bits(kPairTag, hn::Le(entry, exit)));
-  }
-
- private:
-  PairVec near_[3], far_[3];
-};
-#endif
-
 /// A ray that goes its own way, and the children that it enters. They may be a few more than
-/// EnterChildren finds, and none less.
+/// EnterChildren finds, and none less. It waits for each node before it knows the next one, so what
+/// counts is how many steps follow upon each other.
 struct LoneSlabRay {
   EightPart org[3];
   SlackReciprocals<EightPart> reciprocal;
@@ -96,17 +58,46 @@ struct LoneSlabRay {
 
   HWY_INLINE explicit LoneSlabRay(const SlabRay& ray)
       : reciprocal(ray.reciprocal), start(ray.start) {
-    for (int axis = 0; axis < 3; ++axis) org[axis] = ray.org[axis];
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis] = ray.org[axis];
+#if HWY_ARCH_X86
+      // Hides that all lanes are the same: the compiler would subtract one lane from the origin of
+      // each node, and spread the result, one step more.
+      asm("" : "+x"(org[axis].raw));
+#endif
+    }
   }
 
   template <class Store>
   HWY_INLINE uint32_t Enter(const WideNode& node, const PlaneOffsets& offsets, float tfar,
                             const Store& store) const {
     const ChildPlanes planes(node, offsets, org);
-    return EnterWithin(
-        [&](size_t part)
-            HWY_ATTR { return IntersectPlanes(planes.near[part], planes.far[part], reciprocal); },
-        start, tfar, store);
+    // -0 would be less than 0 below.
+    const auto end = AsNumber(hn::Set(kEightTag, tfar + 0.0f));
+    uint32_t entered = 0;
+    for (size_t part = 0; part < kParts; ++part) {
+      const auto near = [&](int axis) HWY_ATTR {
+        return AsNumber(hn::Mul(planes.near[part][axis], reciprocal.near[axis]));
+      };
+      const auto far = [&](int axis) HWY_ATTR {
+        return AsNumber(hn::Mul(planes.far[part][axis], reciprocal.far[axis]));
+      };
+      const EightPart entry = hn::BitCast(
+          kEightTag, hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), AsNumber(start))));
+      const EightPart exit =
+          hn::BitCast(kEightTag, hn::Min(hn::Min(far(0), far(1)), hn::Min(far(2), end)));
+      entered |= static_cast<uint32_t>(Bits(kEightTag, hn::Le(entry, exit))) << (part * kPartLanes);
+      store(part, entry);
+    }
+    return entered;
+  }
+
+ private:
+  /// As whole numbers distances compare as they do as they are, and sooner, unless two of them are
+  /// negative. Entries are not less than the start, which is not; which of several negative exits
+  /// it is does not matter.
+  static HWY_INLINE hn::Vec<hn::RebindToSigned<EightTag>> AsNumber(EightPart distance) {
+    return hn::BitCast(hn::RebindToSigned<EightTag>(), distance);
   }
 };
 

@@ -83,20 +83,7 @@ class ListTracer {
     const ChildPlanes planes(node, offsets_);
     const RayRecord* const rays = task_.rays;
     uint32_t any = 0;
-    size_t i = 0;
-#if DACRT_HAS_RAY_PAIRS
-    const PairPlanes pair_planes(planes);
-    for (; i + 2 <= count; i += 2) {
-      hwy::Prefetch(rays + list[i + policy::kFetchAhead]);  // which may be beyond the end
-      hwy::Prefetch(rays + list[i + policy::kFetchAhead + 1]);
-      const uint32_t both = pair_planes.Enter(rays[list[i]], rays[list[i + 1]]);
-      const auto own = static_cast<uint16_t>(both);
-      memcpy(masks + i, &own, sizeof(own));
-      any |= both;
-    }
-    any = (any | any >> 8) & 0xFF;
-#endif
-    for (; i < count; ++i) {
+    for (size_t i = 0; i < count; ++i) {
       hwy::Prefetch(rays + list[i + policy::kFetchAhead]);
       const RayRecord& ray = rays[list[i]];
       const uint32_t mask = EnterChildren(planes, SlabRay(ray), ray.tfar, [](size_t, EightPart) {});
