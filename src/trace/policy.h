@@ -9,7 +9,7 @@
 namespace dacrt::policy {
 
 /// Rays up to which each of a list goes its own way.
-inline constexpr std::size_t kFewRays = 3;
+inline constexpr std::size_t kFewRays = 2;
 
 /// And the rays of a packet if they run in several octants: of closest hits in a small scene, and
 /// of any in a larger one.
