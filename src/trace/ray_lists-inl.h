@@ -14,31 +14,13 @@
 
 #include "rays/ray_record.h"
 #include "runtime/assert.h"
+#include "trace/compress_table.h"
 #include "trace/trace_task.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-/// How to move the numbers whose bits are set to the front of a vector: bytes for each of the 256
-/// sets. (Highway's Compress for 16-bit lanes, in the version of Debian 12, copies its table to the
-/// stack whenever it is called.)
-struct CompressTable {
-  alignas(16) uint8_t bytes[256][16];
-
-  constexpr CompressTable() : bytes() {
-    for (size_t bits = 0; bits < 256; ++bits) {
-      size_t place = 0;
-      for (size_t lane = 0; lane < 8; ++lane) {
-        if (!(bits >> lane & 1)) continue;
-        bytes[bits][place++] = static_cast<uint8_t>(2 * lane);
-        bytes[bits][place++] = static_cast<uint8_t>(2 * lane + 1);
-      }
-    }
-  }
-};
-inline constexpr CompressTable kCompressTable;
 
 /// The numbers of `list` whose mask has the bit `child`, in order. Returns how many there are.
 HWY_INLINE size_t FilterList(const RayNumber* HWY_RESTRICT list, const uint8_t* HWY_RESTRICT masks,

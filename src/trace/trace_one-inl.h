@@ -8,6 +8,7 @@
 #define DACRT_TRACE_TRACE_ONE_INL_H_
 #endif
 
+#include "trace/compress_table.h"
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/policy.h"
@@ -27,13 +28,31 @@ struct OpenChildren {
   uint32_t visits = 0;          ///< where any hit will do, of children
   bool goes_backwards = false;  ///< there, from the last of a node's children on
 
-  /// The one of the children that are entered, of which there is one, to which a ray goes first; the
-  /// others are open then.
+  /// The one of the children that are entered, of which there is one, to which a ray goes first;
+  /// the others are open then.
   template <Query kQuery>
   HWY_INLINE ChildWord Take(const PartitionView& partition, const WideNode& node, uint32_t entered,
                             const float* distances) {
     return kQuery == Query::kClosest ? Nearest(partition, node, entered, distances)
                                      : First(partition, node, entered);
+  }
+
+  /// All of the children that are entered, the last one first, of any hits. No branch asks how many
+  /// there are, which is hard to foresee.
+  HWY_INLINE void PushAll(const WideNode& node, uint32_t entered) {
+    if constexpr (kParts == 1 && !HWY_IS_TSAN) {
+      // Other threads may change words meanwhile, each as a whole.
+      const hn::RebindToUnsigned<EightTag> d;
+      const hn::Rebind<uint16_t, EightTag> d16;
+      const auto* const bytes = reinterpret_cast<const uint16_t*>(kCompressTable.bytes[entered]);
+      const auto lanes =
+          hn::And(hn::ShiftRight<1>(hn::PromoteTo(d, hn::Load(d16, bytes))), hn::Set(d, 7));
+      const auto words = hn::LoadU(d, node.child);
+      hn::StoreU(hn::TableLookupLanes(words, hn::IndicesFromVec(d, lanes)), d, word + count);
+      count += hwy::PopCount(entered);
+    } else {
+      ForEachLane(entered, [&](size_t i) { word[count++] = node.Child(i).bits(); });
+    }
   }
 
   /// Whether the children of another node may find no room.
@@ -127,8 +146,8 @@ HWY_INLINE const LeafBlock* PlainBlock(const PartitionView& partition, ChildWord
   return HWY_LIKELY(block->IsPlain()) ? block : nullptr;
 }
 
-/// The children of a node that a ray enters which goes its own way, a bit each, and, of closest hits,
-/// where: the nearest hit wants the nearest children first; to be blocked, any order will do.
+/// The children of a node that a ray enters which goes its own way, a bit each, and, of closest
+/// hits, where: the nearest hit wants the nearest children first; to be blocked, any order will do.
 template <Query kQuery>
 HWY_INLINE uint32_t EnterAlone(const WideNode& node, const LoneSlabRay& ray,
                                const PlaneOffsets& offsets, float tfar, float* distances) {

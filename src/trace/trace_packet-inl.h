@@ -94,7 +94,7 @@ inline HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& 
     lanes.Store(lane, memory.rays[lane]);
     list[count++] = static_cast<RayNumber>(lane);
   });
-  FewTracer<Query::kAny>(task).Trace(scene.kept->root(), list, count, memory.Lists());
+  FewTracer<Query::kAny, true>(task).Trace(scene.kept->root(), list, count, memory.Lists());
   ForEachLane(active, [&](size_t lane) {
     if (memory.rays[lane].tfar < 0) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
