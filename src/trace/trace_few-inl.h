@@ -34,12 +34,10 @@ struct RayAtNode {
   OpenChildren open;
 };
 
-/// With kApart any hit will do, and the rays have so little in common that no processor foresees
-/// how many children of a node they enter: then no branch depends on it.
+/// With kApart the rays have so little in common that no processor foresees how many children of a
+/// node they enter, and which is nearest: then no branch depends on it.
 template <Query kQuery, bool kApart = false>
 class FewTracer {
-  static_assert(kQuery == Query::kAny || !kApart);
-
  public:
   explicit FewTracer(const TraceTask& task) : task_(task), one_(task) {}
 
@@ -99,14 +97,17 @@ class FewTracer {
     WideNode& node = task_.partition.nodes[child.number()];
     if constexpr (kApart) {
       host.Enter(node, entered);
-      way.open.PushAll(node, entered);
+      way.open.template PushAll<kQuery>(node, entered, distances);
       if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
-      if (HWY_UNLIKELY(way.open.IsFull())) return TraceEach(way, memory);
+      PrefetchChild(task_.partition, child);
     } else if (entered != 0) {
       host.Enter(node, entered);
       child = way.open.template Take<kQuery>(task_.partition, node, entered, distances);
-      if (HWY_UNLIKELY(way.open.IsFull())) return TraceEach(way, memory);
     } else if (!way.open.template Next<kQuery>(way.ray.tfar, child)) {
+      return false;
+    }
+    if (HWY_UNLIKELY(way.open.IsFull())) {
+      one_.TraceEach(child, way.open, way.number, memory);
       return false;
     }
     while (!child.IsInner()) {
@@ -116,12 +117,6 @@ class FewTracer {
       if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
     }
     return true;
-  }
-
-  /// All that a ray has left; nothing is, then.
-  bool TraceEach(RayAtNode& way, ListMemory memory) const {
-    one_.TraceEach(way.node, way.open, way.number, memory);
-    return false;
   }
 
   const TraceTask& task_;

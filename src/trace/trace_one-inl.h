@@ -18,6 +18,16 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+// Where the children of a node are one vector, which can be sorted, and no checker of threads asks
+// word by word who else may change it.
+#undef DACRT_SORTS_CHILDREN
+#if HWY_TARGET <= HWY_AVX2 && !HWY_IS_TSAN
+#define DACRT_SORTS_CHILDREN 1
+#else
+#define DACRT_SORTS_CHILDREN 0
+#endif
+constexpr bool kSortsChildren = DACRT_SORTS_CHILDREN;
+
 /// What a ray has still to look at, the nearest last.
 struct OpenChildren {
   static constexpr size_t kMost = 256;
@@ -37,22 +47,25 @@ struct OpenChildren {
                                      : First(partition, node, entered);
   }
 
-  /// All of the children that are entered, the last one first, of any hits. No branch asks how many
-  /// there are, which is hard to foresee.
-  HWY_INLINE void PushAll(const WideNode& node, uint32_t entered) {
-    if constexpr (kParts == 1 && !HWY_IS_TSAN) {
-      // Other threads may change words meanwhile, each as a whole.
-      const hn::RebindToUnsigned<EightTag> d;
-      const hn::Rebind<uint16_t, EightTag> d16;
-      const auto* const bytes = reinterpret_cast<const uint16_t*>(kCompressTable.bytes[entered]);
-      const auto lanes =
-          hn::And(hn::ShiftRight<1>(hn::PromoteTo(d, hn::Load(d16, bytes))), hn::Set(d, 7));
-      const auto words = hn::LoadU(d, node.child);
-      hn::StoreU(hn::TableLookupLanes(words, hn::IndicesFromVec(d, lanes)), d, word + count);
-      count += hwy::PopCount(entered);
-    } else {
-      ForEachLane(entered, [&](size_t i) { word[count++] = node.Child(i).bits(); });
-    }
+  /// All of the children that are entered, the one to which a ray goes first on top. No branch asks
+  /// how many there are and which of them is nearest: that is hard to foresee.
+  template <Query kQuery>
+  HWY_INLINE void PushAll(const WideNode& node, uint32_t entered, const float* distances) {
+#if DACRT_SORTS_CHILDREN
+    const auto order =
+        kQuery == Query::kClosest ? PushSorted(entered, distances) : InFront(entered);
+    // Other threads may change words meanwhile, each as a whole.
+    const auto words = hn::LoadU(ChildTag(), node.child);
+    hn::StoreU(hn::TableLookupLanes(words, hn::IndicesFromVec(ChildTag(), order)), ChildTag(),
+               word + count);
+    count += hwy::PopCount(entered);
+#else
+    const size_t bottom = count;
+    ForEachLane(entered, [&](size_t i) {
+      Push(kQuery == Query::kClosest ? distances[i] : 0, node.Child(i));
+    });
+    if constexpr (kQuery == Query::kClosest) Sort(bottom);
+#endif
   }
 
   /// Whether the children of another node may find no room.
@@ -107,6 +120,47 @@ struct OpenChildren {
     Sort(bottom);
     return ChildWord(word[--count]);
   }
+
+#if DACRT_SORTS_CHILDREN
+  using ChildTag = hn::RebindToUnsigned<EightTag>;
+  using ChildLanes = hn::Vec<ChildTag>;
+
+  /// The numbers of the children that are entered in the first lanes.
+  static HWY_INLINE ChildLanes InFront(uint32_t entered) {
+    constexpr ChildTag d;
+    const hn::Rebind<uint16_t, EightTag> d16;
+    const auto* const bytes = reinterpret_cast<const uint16_t*>(kCompressTable.bytes[entered]);
+    return hn::And(hn::ShiftRight<1>(hn::PromoteTo(d, hn::Load(d16, bytes))), hn::Set(d, 7));
+  }
+
+  /// The same from the farthest to the nearest; pushes their distances. By a network: Batcher,
+  /// "Sorting networks and their applications", AFIPS 1968.
+  HWY_INLINE ChildLanes PushSorted(uint32_t entered, const float* distances) {
+    const hn::RebindToSigned<EightTag> d;
+    // Distances compare as their bits do, of which the lowest make room for the child's number.
+    const auto bits = hn::BitCast(d, hn::Load(kEightTag, distances));
+    const auto number = hn::Set(d, 7);
+    auto keys = hn::IfThenElse(hn::RebindMask(d, MaskOf(kEightTag, entered)),
+                               hn::Or(hn::AndNot(number, bits), hn::Iota(d, 0)), hn::Set(d, -1));
+    const auto sort_pairs = [&](auto with) HWY_ATTR {
+      keys = hn::OddEven(hn::Min(keys, with), hn::Max(keys, with));
+    };
+    const auto sort_fours = [&](auto with) HWY_ATTR {
+      const hn::Repartition<int64_t, EightTag> d2;
+      keys = hn::BitCast(d, hn::OddEven(hn::BitCast(d2, hn::Min(keys, with)),
+                                        hn::BitCast(d2, hn::Max(keys, with))));
+    };
+    sort_pairs(hn::Shuffle2301(keys));
+    sort_fours(hn::Shuffle0123(keys));
+    sort_pairs(hn::Shuffle2301(keys));
+    const auto reversed = hn::Reverse(d, keys);
+    keys = hn::ConcatUpperLower(d, hn::Min(keys, reversed), hn::Max(keys, reversed));
+    sort_fours(hn::Shuffle1032(keys));
+    sort_pairs(hn::Shuffle2301(keys));
+    hn::StoreU(hn::BitCast(kEightTag, hn::AndNot(number, keys)), kEightTag, distance + count);
+    return hn::BitCast(ChildTag(), hn::And(keys, number));
+  }
+#endif
 
   /// The first in the order of a walk, of any hits.
   HWY_INLINE ChildWord First(const PartitionView& partition, const WideNode& node,

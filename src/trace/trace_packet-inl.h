@@ -44,10 +44,12 @@ HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacket
   const size_t count = hwy::PopCount(active);
   if (count <= policy::kFewRays) return true;
   // Of any hits in a small scene all are soon found.
-  if (scene.is_small && kQuery == Query::kAny) return false;
+  if (scene.is_small && (kQuery == Query::kAny || count > policy::kFewInSmallScene)) return false;
+  if (!kSortsChildren && count > policy::kFewApart) return false;
   uint32_t octant;
-  return count <= (scene.is_small ? policy::kFewInSmallScene : policy::kFewApart) &&
-         lanes.LanesOfOctant(active, octant) != active;
+  LaneMask others = active & ~lanes.LanesOfOctant(active, octant);
+  if (count > policy::kFewApart && others != 0) others &= ~lanes.LanesOfOctant(others, octant);
+  return others != 0;
 }
 
 template <Query kQuery>
@@ -68,11 +70,12 @@ HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet
   });
 }
 
-/// Any hits of rays that have next to nothing in common; apart, so that the way of groups stays
-/// short.
-inline HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
-                                      const CallOptions& options, WorkspacePool& pool,
-                                      const GroupLanes<kPacketRays>& lanes, LaneMask active) {
+/// Rays that have next to nothing in common, some side by side; apart, so that the way of groups
+/// stays short.
+template <Query kQuery>
+HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
+                               const CallOptions& options, WorkspacePool& pool,
+                               const GroupLanes<kPacketRays>& lanes, LaneMask active) {
   StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
   SplitMemory split_memory(pool);
@@ -94,10 +97,15 @@ inline HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& 
     lanes.Store(lane, memory.rays[lane]);
     list[count++] = static_cast<RayNumber>(lane);
   });
-  FewTracer<Query::kAny, true>(task).Trace(scene.kept->root(), list, count, memory.Lists());
+  FewTracer<kQuery, true>(task).Trace(scene.kept->root(), list, count, memory.Lists());
   ForEachLane(active, [&](size_t lane) {
-    if (memory.rays[lane].tfar < 0) {
-      RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
+    const RayRecord& ray = memory.rays[lane];
+    const auto place = static_cast<uint32_t>(lane);
+    if constexpr (kQuery == Query::kAny) {
+      if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, place);
+    } else if (ray.state & RayRecord::kHasHit) {
+      uint32_t geometry;
+      RecordLayout::WriteLane(packet, place, task.HitOf(static_cast<RayNumber>(lane), geometry));
     }
   });
 }
@@ -110,8 +118,9 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
   if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
-    if (kQuery == Query::kAny && !scene.is_small && hwy::PopCount(active) >= policy::kFewAbreast) {
-      return TraceAbreast(scene, packet, options, pool, lanes, active);
+    if ((kSortsChildren || kQuery == Query::kAny) && !scene.is_small &&
+        hwy::PopCount(active) >= policy::kFewAbreast) {
+      return TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active);
     }
     return TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
   }

@@ -52,12 +52,16 @@ RayRecord RecordOf(const Float3& org, const Float3& dir) {
   return ray;
 }
 
+/// Who takes rays through a partition: those of lists, or FewTracer, as rays that have something in
+/// common or nothing.
+enum class By { kLists, kFew, kFewApart };
+
 /// How rays go through a partition.
 struct Way {
-  size_t list_bytes = 0;        ///< 0: each ray goes its own way
+  size_t list_bytes = 0;  ///< 0: each ray goes its own way
   bool keeps_leaf_hits = true;
-  bool has_scratch = true;    ///< to split in
-  bool are_abreast = false;   ///< by FewTracer
+  bool has_scratch = true;  ///< to split in
+  By by = By::kLists;
 };
 
 /// Lets rays through a partition.
@@ -80,17 +84,18 @@ class Tracer {
     WorkspacePool pool(no_memory_);
     SplitMemory own(*scratch_), none(pool);
     SplitMemory& split_memory = way.has_scratch ? own : none;
-    const TraceTask task{scene_,       partition_, rays.data(), hits.data(),
-                         false,        way.keeps_leaf_hits,     frame,
-                         split_memory, {},         nullptr,     FinishHit,
-                         UINT32_MAX};
+    const TraceTask task{
+        scene_, partition_,   rays.data(), hits.data(), false,     way.keeps_leaf_hits,
+        frame,  split_memory, {},          nullptr,     FinishHit, UINT32_MAX};
     // The memory of lists ends at a page that may not be touched.
     const unit::GuardedArray<std::byte> bytes(way.list_bytes, 64);
     const ListMemory memory{bytes.begin(), bytes.end()};
-    if (way.are_abreast) {
-      std::vector<RayNumber> list(count);
-      std::iota(list.begin(), list.end(), RayNumber{0});
+    std::vector<RayNumber> list(count);
+    std::iota(list.begin(), list.end(), RayNumber{0});
+    if (way.by == By::kFew) {
       FewTracer<kQuery>(task).Trace(root_, list.data(), count, memory);
+    } else if (way.by == By::kFewApart) {
+      FewTracer<kQuery, true>(task).Trace(root_, list.data(), count, memory);
     } else {
       TraceRaysFrom<kQuery>(task, root_, count, memory);
     }
@@ -117,9 +122,9 @@ class Tracer {
   const MemoryAccount no_memory_{[](std::ptrdiff_t) { return false; }};
 };
 
-/// A chain of nodes, each of which has seven leaves, and the next node in front of them: a ray keeps
-/// seven open children at every level. The triangles are halves of squares across the x axis, at
-/// whole numbers, so that a ray enters every box, and t is exact.
+/// A chain of nodes, each of which has seven leaves, and the next node in front of them: a ray
+/// keeps seven open children at every level. The triangles are halves of squares across the x axis,
+/// at whole numbers, so that a ray enters every box, and t is exact.
 class DeepChain {
  public:
   static constexpr size_t kLevels = 200;
@@ -233,12 +238,14 @@ void DeeperThanAnyStack() {
     // Some side by side, as many as there are, and more and less than go abreast.
     for (const size_t count : {2, 3, 4, 5, 9, 60}) {
       const std::vector<RayRecord> some(rays.begin(), rays.begin() + count);
-      const Way way{0, true, true, true};
-      const auto closest = tracer.Trace<Query::kClosest>(some, way);
-      const auto any = tracer.Trace<Query::kAny>(some, way);
-      for (size_t i = 0; i < count; ++i) {
-        ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
-        ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
+      for (const By by : {By::kFew, By::kFewApart}) {
+        const Way way{0, true, true, by};
+        const auto closest = tracer.Trace<Query::kClosest>(some, way);
+        const auto any = tracer.Trace<Query::kAny>(some, way);
+        for (size_t i = 0; i < count; ++i) {
+          ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
+          ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
+        }
       }
     }
     // Alone, which is how single rays come.
@@ -289,7 +296,8 @@ void EveryBudgetAndEveryMemory() {
   Random random(2);
   Soup soup(random, 2500);
   std::vector<RayRecord> rays;
-  for (int i = 0; i < 60; ++i) rays.push_back(RecordOf(random.InCube(-1.2f, 1.2f), random.Direction()));
+  for (int i = 0; i < 60; ++i)
+    rays.push_back(RecordOf(random.InCube(-1.2f, 1.2f), random.Direction()));
   const auto expected = ByBruteForce(soup, rays);
   std::vector<Answer> expected_any;
   size_t hits = 0;
@@ -309,8 +317,8 @@ void EveryBudgetAndEveryMemory() {
           // Twice: through what the first call has left.
           for (int call = 0; call < 2; ++call) {
             Tracer tracer(*soup.scene, soup.scene->partition(), soup.scene->kept->root());
-            for (const bool are_abreast : {false, true}) {
-              const Way way{bytes, keeps, has_scratch, are_abreast};
+            for (const By by : {By::kLists, By::kFew, By::kFewApart}) {
+              const Way way{bytes, keeps, has_scratch, by};
               ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
               ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);
             }
