@@ -61,6 +61,8 @@ inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
     hn::StoreU(hn::Min(whole, best[part]), kEightTag, range.cost + lane);
     hn::StoreU(hn::DemoteTo(d8, hn::ConvertTo(di, taken)), d8, range.left_places + lane);
   }
+  // One place has nothing to share, also where surfaces are beyond all numbers and none is less.
+  range.left_places[0] = 0;
 }
 
 /// Chooses for all ranges of a partition, the first of which is all of it.

@@ -131,6 +131,24 @@ void NodesWithoutSurfaceAreFull() {
   }
 }
 
+/// Where surfaces, or sums of them, are infinite, there is no best choice, and still one.
+void NodesOfInfiniteSurfaceHoldAll() {
+  Random random(73);
+  for (const uint32_t leaves : {2u, 8u, 9u, 64u, 500u}) {
+    for (const float scale : {8e18f, 1e19f, 1e20f, 1e30f}) {
+      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
+      for (BinaryRange& range : ranges) {
+        for (int axis = 0; axis < 3; ++axis) {
+          range.bounds.lower[axis] *= scale;
+          range.bounds.upper[axis] *= scale;
+        }
+      }
+      ChooseNodes(ranges);
+      ExpectOrder(Nodes(ranges, 0).leaves, leaves);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
@@ -142,6 +160,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(ChooseNodesTest);
 HWY_EXPORT_AND_TEST_P(ChooseNodesTest, TheSurfaceIsTheLeast);
 HWY_EXPORT_AND_TEST_P(ChooseNodesTest, NodesWithoutSurfaceAreFull);
+HWY_EXPORT_AND_TEST_P(ChooseNodesTest, NodesOfInfiniteSurfaceHoldAll);
 
 }  // namespace dacrt
 #endif  // HWY_ONCE
