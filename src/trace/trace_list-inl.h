@@ -84,7 +84,7 @@ class ListTracer {
     const RayRecord* const rays = task_.rays;
     uint32_t any = 0;
     for (size_t i = 0; i < count; ++i) {
-      hwy::Prefetch(rays + list[i + policy::kFetchAhead]);
+      hwy::Prefetch(rays + list[i + policy::kFetchAhead]);  // which may be beyond the end
       const RayRecord& ray = rays[list[i]];
       const uint32_t mask = EnterChildren(planes, SlabRay(ray), ray.tfar, [](size_t, EightPart) {});
       masks[i] = static_cast<uint8_t>(mask);

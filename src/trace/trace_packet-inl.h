@@ -52,6 +52,18 @@ HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacket
   return others != 0;
 }
 
+/// What has come of the ray of a lane; `hit()` says where it is, if there is a closest one.
+template <Query kQuery, class Hit>
+HWY_INLINE void WriteAnswer(const RayPacket& packet, size_t lane, const RayRecord& ray,
+                            const Hit& hit) {
+  const auto place = static_cast<uint32_t>(lane);
+  if constexpr (kQuery == Query::kAny) {
+    if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, place);
+  } else if (ray.state & RayRecord::kHasHit) {
+    RecordLayout::WriteLane(packet, place, hit());
+  }
+}
+
 template <Query kQuery>
 HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet,
                                 const CallOptions& options, WorkspacePool& pool,
@@ -61,12 +73,7 @@ HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet
     lanes.Store(lane, ray);
     LoneCall call(packet, options, pool, !scene.geometries.AllAccept(ray.mask));
     TraceLone<kQuery>(call, scene, packet.instance_value, ray);
-    const auto place = static_cast<uint32_t>(lane);
-    if constexpr (kQuery == Query::kAny) {
-      if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, place);
-    } else if (ray.state & RayRecord::kHasHit) {
-      RecordLayout::WriteLane(packet, place, call.hit.Get());
-    }
+    WriteAnswer<kQuery>(packet, lane, ray, [&] { return call.hit.Get(); });
   });
 }
 
@@ -99,14 +106,10 @@ HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
   });
   FewTracer<kQuery, true>(task).Trace(scene.kept->root(), list, count, memory.Lists());
   ForEachLane(active, [&](size_t lane) {
-    const RayRecord& ray = memory.rays[lane];
-    const auto place = static_cast<uint32_t>(lane);
-    if constexpr (kQuery == Query::kAny) {
-      if (ray.tfar < 0) RecordLayout::WriteBlocked(packet, place);
-    } else if (ray.state & RayRecord::kHasHit) {
+    WriteAnswer<kQuery>(packet, lane, memory.rays[lane], [&] {
       uint32_t geometry;
-      RecordLayout::WriteLane(packet, place, task.HitOf(static_cast<RayNumber>(lane), geometry));
-    }
+      return task.HitOf(static_cast<RayNumber>(lane), geometry);
+    });
   });
 }
 
