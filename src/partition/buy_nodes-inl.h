@@ -8,8 +8,11 @@
 #define DACRT_PARTITION_BUY_NODES_INL_H_
 #endif
 
+#include <span>
+
 #include "partition/keep_nodes-inl.h"
 #include "partition/kept_partition.h"
+#include "partition/nodes_over_leaves-inl.h"
 #include "partition/rent_or_buy.h"
 #include "partition/split_subset-inl.h"
 #include "runtime/scratch.h"
@@ -18,23 +21,57 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Buys nodes for a subset whose nodes are rented; nobody else may do so meanwhile. They come with
-/// another order of the triangles, beside the one by which the rented nodes go, and the hits that
-/// rays have found there. Where there is no room, what is rented will do.
+/// Writes the bits of a subset's leaves to `words`, where their first items stand. From then on
+/// leaves get no copies in the old nodes; wrong ones stay theirs, and are renewed there.
+inline void TakeLeaves(KeptPartition& kept, const Subset& subset, std::span<WideNode> nodes,
+                       uint32_t* words) {
+  for (WideNode& node : nodes) {
+    while (!node.TryLockLeaves()) node.WaitForLeaves();
+    const uint32_t stale = node.StaleLeaves(node.UsedChildren());
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      if (!child.IsLeaf()) continue;
+      const uint32_t place = kept.PlaceOfLeaf(child);
+      const ChildWord word = stale >> k & 1 ? ChildWord::Range(place) : child;
+      words[place - subset.begin] = word.bits();
+    }
+    node.SetLeavesDone(~stale);
+    node.UnlockLeaves();
+  }
+}
+
+/// Refers to the leaves into which triangles are cut, with these bits. Returns how many there are.
+inline size_t ReferLeaves(std::span<const uint32_t> order, const TriangleRef* triangles,
+                          const uint32_t* words, TriangleRef* leaves) {
+  size_t count = 0;
+  for (size_t i = 0; i < order.size(); ++i) {
+    const ChildWord word(words[i]);
+    Extent bounds = Extent::Of(triangles[i]);
+    while (!(order[i] & KeptOrder::kLastOfLeaf)) bounds.Join(Extent::Of(triangles[++i]));
+    leaves[count++] = ReferLeaf(bounds, word);
+  }
+  return count;
+}
+
+/// Buys nodes for a subset whose nodes are rented; nobody else may do so meanwhile. Where there is
+/// no room, what is rented will do, with copies.
 inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch) {
   const NodeRun rented{Subset::NodeOf(subset.root), subset.node_count};
-  const uint32_t begin = subset.begin;
-  uint32_t root = Subset::kNoRoom, place = subset.spare;
-  NodeRun run;
-  if (place != Subset::kNowhere || kept.AllocateOrder(subset.count, run, place)) {
-    root = SplitSmallSubset(kept, subset, UINT32_MAX, place, scratch);
-  }
+  const std::span<WideNode> old(&kept.node(rented.first), rented.count);
+  const std::span<const uint32_t> order = kept.OrderOf(subset);
+  const Box bounds = ReferTriangles(kept.geometries(), order, scratch.spare).bounds;
+  TakeLeaves(kept, subset, old, scratch.words);
+  const size_t leaves = ReferLeaves(order, scratch.spare, scratch.words, scratch.refs);
+  const size_t count = MakeNodesOver({scratch.refs, leaves}, scratch);
+  uint32_t root = Subset::kNoRoom, no_subset;
+  if (count > 0) root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
   if (root == Subset::kNoRoom) {
-    if (run.count > 0) kept.Free(run);
-    for (uint32_t i = 0; i < rented.count; ++i) kept.node(rented.first + i).SetLeavesBare();
+    for (WideNode& node : old) node.SetLeavesBare();
     return Publish(kept, subset, rented.first);
   }
-  subset.spare = begin;
+  subset.node_count = static_cast<uint32_t>(count);
+  subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
+  kept.HasItsNodes(subset);
   subset.rented = rented.bits();
   Publish(kept, subset, root);
   rent_or_buy::GiveBackRented(kept, subset);

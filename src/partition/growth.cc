@@ -83,7 +83,7 @@ void KeptPartition::Grow(const GeometryTable& now, const ListedTriangles& listed
   subsets_ = {subsets_.data(), SubsetsFor(triangles)};
   const std::size_t room = UnitsFor(triangles, memory_.bytes());
   const std::size_t for_nodes =
-      (NodesOf(lanes) + NodesForOrder(listed.count)) * kUnitsANode + room_units_;
+      NodesOf(lanes) * kUnitsANode + room_units_;
   leaf_units_ = std::max(leaf_units_ + room, for_nodes) - for_nodes;
   leaf_room_ = leaf_units_ > (taken_ & UINT32_MAX);
   room_units_ = room;
@@ -130,8 +130,7 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       leaf_lanes_(other.leaf_lanes_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()),
-      goes_backwards_(other.goes_backwards_.load()),
-      is_short_lived_(other.is_short_lived_) {
+      goes_backwards_(other.goes_backwards_.load()) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
   std::byte* const begin = memory_.data();
   const auto copy = [](const void* from, std::size_t bytes, std::byte* to) {
@@ -151,48 +150,23 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
   const std::size_t leaves = (taken_ & UINT32_MAX) * kLeafUnit + kReadBehind;
   copy(other.memory_.data() + other.memory_.span() - leaves, leaves,
        begin + memory_.span() - leaves);
-  if (memory_.span() != other.memory_.span()) MovePlaces(other);
+  if (memory_.span() != other.memory_.span()) MoveLeaves(other);
 }
 
-/// What a copy with other addresses refers to stands elsewhere: leaves, and orders among the nodes.
-void KeptPartition::MovePlaces(const KeptPartition& other) {
-  const std::size_t nodes_before = other.NodePlace();
-  const auto order_shift = static_cast<uint32_t>(NodePlace() - nodes_before);
-  const auto leaf_shift =
-      static_cast<uint32_t>((memory_.span() - other.memory_.span()) / kLeafUnit);
-  const auto move = [&](uint32_t& place) {
-    if (place >= nodes_before && place != Subset::kNowhere) place += order_shift;
-  };
-  const auto move_child = [&](WideNode& node, std::size_t i) {
-    const ChildWord child = node.Child(i);
-    if (child.IsRange()) {
-      uint32_t place = child.range();
-      move(place);
-      node.SetChild(i, ChildWord::Range(place));
-    } else if (child.IsBlock()) {
-      const uint32_t place = child.block() + leaf_shift;
-      node.SetChild(i, ChildWord::Block(place));
-      auto* block = reinterpret_cast<LeafBlock*>(leaf(place));
-      for (move(block->first); !block->is_last; move(block->first)) {
-        block = const_cast<LeafBlock*>(block->Next());
-      }
-    }
-  };
-  for (Subset& subset : subsets_.first(subset_count_)) {
+/// Leaves of a copy with other addresses stand elsewhere.
+void KeptPartition::MoveLeaves(const KeptPartition& other) {
+  const auto shift = static_cast<uint32_t>((memory_.span() - other.memory_.span()) / kLeafUnit);
+  for (const Subset& subset : subsets_.first(subset_count_)) {
     if (subset.root >= Subset::kNoRoom) continue;
-    move(subset.begin);
-    move(subset.spare);
     const uint32_t first = Subset::NodeOf(subset.root);
     for (uint32_t i = 0; i < subset.node_count; ++i) {
       WideNode& node = this->node(first + i);
-      for (std::size_t k = 0; k < node.count; ++k) move_child(node, k);
+      for (std::size_t k = 0; k < node.count; ++k) {
+        const ChildWord child = node.Child(k);
+        if (child.IsBlock()) node.SetChild(k, ChildWord::Block(child.block() + shift));
+      }
     }
   }
-}
-
-/// Where nodes stand, as a place of the order.
-std::size_t KeptPartition::NodePlace() const {
-  return static_cast<std::size_t>(reinterpret_cast<const uint32_t*>(nodes_) - triangles_.data());
 }
 
 }  // namespace dacrt

@@ -47,7 +47,7 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_ = {reinterpret_cast<Subset*>(next), SubsetsFor(most)};
   nodes_ = reinterpret_cast<WideNode*>(memory_.data() + HeadBytes(most));
   room_units_ = UnitsFor(most, bytes);
-  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)) + NodesForOrder(most));
+  leaf_units_ = LeafUnitsBeside(NodesFor(LanesOf(geometries)));
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
@@ -111,21 +111,39 @@ void KeptPartition::PlaceGrid(TaskPool& tasks) {
 void KeptPartition::HasItsNodes(Subset& subset) {
   if (subset.has_its_nodes || leaf_units_ == 0) return;
   subset.has_its_nodes = true;
-  const std::size_t order = NodesForOrder(subset.count);
-  const std::size_t most = subset.count * kLeafLanes / (kLanesANode * leaf_lanes_) + order;
-  const std::size_t nodes = subset.node_count + (subset.begin < triangles_.size() ? 0 : order);
-  if (nodes < most) leaf_units_ += (most - nodes) * kUnitsANode;
+  std::size_t lanes = subset.count;
+  if (!geometries_->all_fill_one_lane()) {
+    lanes = 0;
+    for (const uint32_t entry : OrderOf(subset)) {
+      lanes += geometries_->LanesOf(geometries_->Locate(KeptOrder::NumberOf(entry)).geometry);
+    }
+  }
+  const std::size_t most = NodesOver(lanes, leaf_lanes_);
+  if (subset.node_count < most) leaf_units_ += (most - subset.node_count) * kUnitsANode;
 }
 
 void KeptPartition::Free(const NodeRun& nodes) {
-  for (std::atomic<uint64_t>& run : free_) {
-    uint64_t none = 0;
-    if (run.compare_exchange_strong(none, nodes.bits())) return;
+  NodeRun lost = nodes;
+  for (;;) {
+    // Where there is no place for it, it takes that of the shortest one.
+    std::atomic<uint64_t>* place = nullptr;
+    NodeRun shortest = lost;
+    for (std::atomic<uint64_t>& run : free_) {
+      const NodeRun other = NodeRun::Of(run);
+      if (other.count >= shortest.count) continue;
+      place = &run;
+      shortest = other;
+      if (other.count == 0) break;
+    }
+    if (!place) return Lose(lost.count * sizeof(WideNode));
+    uint64_t bits = shortest.bits();
+    if (!place->compare_exchange_strong(bits, lost.bits())) continue;
+    if (shortest.count == 0) return;
+    lost = shortest;
   }
-  Lose(nodes.count * sizeof(WideNode));
 }
 
-/// The shortest run that is long enough; what it is longer is lost.
+/// Of the shortest run that is long enough; the rest of it stays free.
 bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
   std::atomic<uint64_t>* best = nullptr;
   NodeRun nodes{0, UINT32_MAX};
@@ -135,10 +153,11 @@ bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
     best = &run;
     nodes = other;
   }
+  const auto count = static_cast<uint32_t>(node_count);
   uint64_t bits = nodes.bits();
-  if (!best || !best->compare_exchange_strong(bits, 0)) return false;
+  const NodeRun rest{nodes.first + count, nodes.count - count};
+  if (!best || !best->compare_exchange_strong(bits, rest.count > 0 ? rest.bits() : 0)) return false;
   first_node = nodes.first;
-  Lose((nodes.count - node_count) * sizeof(WideNode));
   return true;
 }
 
@@ -163,15 +182,6 @@ bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, u
   } while (!subset_count_.compare_exchange_weak(subsets, subsets + subset_count));
   first_subset = static_cast<uint32_t>(subsets);
   DACRT_ASSERT(BytesUsed() <= BytesReserved());
-  return true;
-}
-
-bool KeptPartition::AllocateOrder(std::size_t count, NodeRun& run, uint32_t& place) {
-  const std::size_t nodes = NodesForOrder(count);
-  uint32_t first, no_subset;
-  if (!Allocate(nodes, 0, first, no_subset)) return false;
-  run = {first, static_cast<uint32_t>(nodes)};
-  place = static_cast<uint32_t>(reinterpret_cast<uint32_t*>(nodes_ + first) - triangles_.data());
   return true;
 }
 

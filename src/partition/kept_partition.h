@@ -4,9 +4,8 @@
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
 // range. A subset is split when a ray first comes to it: a large one by a grid into many, for which
 // the whole scene is sorted while it is listed; a small one into nodes with a few triangles in each
-// leaf (split_subset-inl.h), and once more, with another order beside the first one, when rays have
-// paid for it (buy_nodes-inl.h). Leaves get a copy of their geometry (leaf/leaf_block.h) while the
-// budget lasts. What has been published never changes but for a word that says the same in another
+// leaf (split_subset-inl.h), and the nodes are made anew when rays have paid for it
+// (buy_nodes-inl.h). Leaves get a copy of their geometry (leaf/leaf_block.h) while the budget lasts. What has been published never changes but for a word that says the same in another
 // way, so threads read it without locks.
 #pragma once
 
@@ -70,7 +69,6 @@ struct Subset {
   std::atomic<uint32_t> inside;  ///< calls in its rented nodes
   uint32_t node_count : 31;      ///< nodes in a row from there
   uint32_t has_its_nodes : 1;    ///< see KeptPartition::HasItsNodes
-  uint32_t spare;                ///< place for another order of its triangles; kNowhere: none yet
   float made_surface;            ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
   /// Which geometries have triangles here: a bit for each of 64 rows of geometries; 0 if it is not
@@ -86,7 +84,6 @@ struct Subset {
     count = triangles;
     made_surface = surface;
     geometry_bits = 0;
-    spare = kNowhere;
     root = kUnsplit;
   }
 
@@ -187,8 +184,7 @@ class KeptPartition {
   /// The numbers of the triangles (see GeometryTable::Number), in the kept order, with marks.
   std::span<uint32_t> triangles() { return triangles_; }
   std::span<const uint32_t> triangles() const { return triangles_; }
-  /// Those of a subset, which may be reordered by whoever splits it. They stand among the others,
-  /// or, once they have got another order beside that one, among the nodes.
+  /// Those of a subset, which may be reordered by whoever splits it.
   std::span<uint32_t> OrderOf(const Subset& subset) {
     return {triangles_.data() + subset.begin, subset.count};
   }
@@ -227,15 +223,10 @@ class KeptPartition {
   bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
 
-  /// Room for another order of `count` triangles, in the place of nodes, which is `run`, and its
-  /// place in the kept order; false, and nothing is written, if there is not enough left.
-  bool AllocateOrder(std::size_t count, NodeRun& run, uint32_t& place);
-
   /// Gives nodes back that nobody uses. A few such runs are remembered, others are lost.
   void Free(const NodeRun& nodes);
 
-  /// Says that a subset has all its nodes, and the order that goes with them: what stayed free for
-  /// it beyond that is for leaves.
+  /// Says that a subset has all its nodes: what stayed free for it beyond that is for leaves.
   void HasItsNodes(Subset& subset);
 
   /// Lanes of a leaf. Where leaves are not to carry their geometry there are half as many of them:
@@ -250,6 +241,10 @@ class KeptPartition {
   bool AllocateLeaf(std::size_t bytes, uint32_t& place);
   /// The room that the blocks of a leaf have.
   std::size_t RoomOfLeaf(uint32_t place);
+  /// The place in the order of the first item of a leaf.
+  uint32_t PlaceOfLeaf(ChildWord leaf) {
+    return leaf.IsRange() ? leaf.range() : view().FirstBlock(leaf)->first;
+  }
   std::byte* leaf(uint32_t place) { return memory_.data() + std::size_t{place} * kLeafUnit; }
 
   /// Says that room for nodes or leaves is not used any more: nobody can have it again.
@@ -283,12 +278,6 @@ class KeptPartition {
   void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
-  /// Whether it came in the place of another one to which rays had come, and so may not live for
-  /// long: small subsets have nodes as if rented and copies of leaves from the beginning, and
-  /// nothing is bought. Said before the first of them is split.
-  bool is_short_lived() const { return is_short_lived_; }
-  void SetShortLived() { is_short_lived_ = true; }
-
   /// Whether single any-hit rays should visit the children of a node from the last one on, as far
   /// as threads have learnt (see trace/child_order.h). No answer depends on it.
   bool goes_backwards() const { return goes_backwards_.load(std::memory_order_relaxed); }
@@ -305,8 +294,7 @@ class KeptPartition {
   ListedTriangles ListIntoGrid(const FirstLook& look, TaskPool& tasks);
   void PlaceGrid(TaskPool& tasks);
   void AddSubset(const GeometryTable& now, const ListedTriangles& listed);
-  void MovePlaces(const KeptPartition& other);
-  std::size_t NodePlace() const;
+  void MoveLeaves(const KeptPartition& other);
   bool TakeFree(std::size_t node_count, uint32_t& first_node);
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
   std::size_t NodesUsed() const { return taken_ >> 32; }
@@ -337,9 +325,8 @@ class KeptPartition {
   std::size_t leaf_lanes_ = kLeafLanes;
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
-  std::array<std::atomic<uint64_t>, 16> free_{};  ///< a NodeRun each, or 0
+  std::array<std::atomic<uint64_t>, 32> free_{};  ///< a NodeRun each, or 0
   std::atomic<bool> goes_backwards_{false};
-  bool is_short_lived_ = false;
 };
 
 }  // namespace dacrt

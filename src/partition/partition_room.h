@@ -18,15 +18,14 @@ constexpr std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles 
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
 /// to take at most, of triangles that overlap. Quads and cells of grids fill two lanes of a leaf.
-inline constexpr std::size_t kLanesANode = 18;
-constexpr std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
-  return 16 + lanes * kLeafLanes / (kLanesANode * leaf_lanes);
+/// Leaves into which a curve is cut are less full than those of a partition of single triangles.
+inline constexpr std::size_t kLanesANode = 14, kLanesANodeOverLargeLeaves = 18;
+constexpr std::size_t NodesOver(std::size_t lanes, std::size_t leaf_lanes) {
+  if (leaf_lanes == kLeafLanes) return lanes / kLanesANode;
+  return lanes * kLeafLanes / (kLanesANodeOverLargeLeaves * leaf_lanes);
 }
-
-/// Nodes that have room for the order of some triangles.
-constexpr std::size_t NodesForOrder(std::size_t triangles) {
-  constexpr std::size_t kPlaces = sizeof(WideNode) / sizeof(uint32_t);
-  return (triangles + kPlaces - 1) / kPlaces;
+constexpr std::size_t NodesFor(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
+  return 16 + NodesOver(lanes, leaf_lanes);
 }
 
 /// Lanes of leaves that the triangles of all geometries from `first` on fill.

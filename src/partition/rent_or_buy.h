@@ -1,12 +1,14 @@
-// Rent or buy: when a small subset gets nodes of least surface, and leaves that carry their
-// geometry.
+// Rent or buy: when the leaves of a small subset get copies of their geometry, and when it gets nodes
+// of least surface.
 //
 // When rays first come to a small subset its nodes are packed along a curve
 // (pack_along_curve-inl.h) and its leaves gather their triangles from the mesh for each ray or list
-// that comes: that costs next to nothing beforehand, and each ray pays rent. Once that has come to
-// what better nodes and the copies of leaves cost, these are bought (buy_nodes-inl.h). So no subset
-// costs more than twice what the best choice would have, had one known how many rays come: nothing
-// but rent for fewer rays than that; for more, rent that costs as much as what is bought then.
+// that comes: that costs next to nothing beforehand, and each ray pays rent, for bare leaves and for
+// nodes that are not the best. Once the rent for one of them has come to what it costs, it is
+// bought: leaves may have copies (trace/give_leaves.h), better nodes are made over the same leaves
+// (buy_nodes-inl.h). So neither costs more than twice what the best choice would have, had one known
+// how many rays come: nothing but rent for fewer rays than that; for more, rent that costs as much
+// as what is bought then.
 // Karlin, Manasse, Rudolph, Sleator, "Competitive snoopy caching", Algorithmica 1988.
 #pragma once
 
@@ -21,29 +23,35 @@
 
 namespace dacrt::rent_or_buy {
 
-/// Nanoseconds: what it costs to buy, a triangle, and the rent of a ray that comes. Measured on Zen
-/// 5 with AVX-512: nodes 35 to 40, copies some 10; of rays that rent wherever they come, those of
-/// the dragon and the kitchen, in calls of 65,536, pay 230 and 110 a subset, those of Sponza and a
-/// hall, which come together, 30, single rays 70, and the few that come to places where no others
-/// do, several hundred. The rent is taken to be high, since most scenes to which some rays come are
-/// traced again.
-inline constexpr uint32_t kPrice = 50, kRent = 400;
+/// Nanoseconds: what it costs to buy, a triangle, and the rent of a ray that comes.
+struct Offer {
+  uint32_t price, rent;
 
-/// Subsets of up to so many triangles are not rented: what they cost is next to nothing.
-inline constexpr uint32_t kFewTriangles = 512;
+  /// Rays for which a subset of so many triangles is rented.
+  constexpr uint32_t RaysFor(uint32_t triangles) const { return 1 + triangles * price / rent; }
+};
 
-/// Rays that a subset of `triangles` is rented for.
-constexpr uint32_t RaysFor(uint32_t triangles) {
-  return triangles <= kFewTriangles ? 0 : 1 + triangles * kPrice / kRent;
-}
+/// Measured on Zen 4 with AVX2: in streams of 65,536 rays bare leaves cost a ray some 20 in Sponza,
+/// a hall and the dragon, nodes 8, and more where few come together. Nodes are bought a little early,
+/// since most scenes to which so many rays come are traced again.
+inline constexpr Offer kCopies{10, 20}, kNodes{24, 16};
+constexpr uint32_t RaysForNodes(uint32_t triangles) { return kNodes.RaysFor(triangles); }
 
-/// Counts rays that come to a rented subset. True for whom it falls to to buy.
-inline bool IsDue(Subset& subset, std::size_t rays) {
-  const uint32_t most = RaysFor(subset.count);
-  if (subset.rays.load(std::memory_order_relaxed) >= most) return false;  // another thread's
-  const auto coming = static_cast<uint32_t>(std::min<std::size_t>(rays, most));
+/// One ray or a few pay as much as so many that come together: most of it is for the way in.
+inline constexpr std::size_t kFewestRays = 8;
+
+/// What is due when rays come.
+enum class Due { kNothing, kCopies, kNodes };
+
+/// Counts rays that come to a rented subset. What is due falls to the caller, and to nobody else.
+inline Due CountRays(Subset& subset, std::size_t rays) {
+  const uint32_t most = RaysForNodes(subset.count);
+  if (subset.rays.load(std::memory_order_relaxed) >= most) return Due::kNothing;
+  const auto coming = static_cast<uint32_t>(std::clamp<std::size_t>(rays, kFewestRays, most));
   const uint32_t before = subset.rays.fetch_add(coming, std::memory_order_relaxed);
-  return before < most && coming >= most - before;
+  const auto passes = [&](uint32_t count) { return before < count && coming >= count - before; };
+  if (passes(most)) return Due::kNodes;
+  return passes(kCopies.RaysFor(subset.count)) ? Due::kCopies : Due::kNothing;
 }
 
 /// Gives the nodes back that were rented, once others have been bought and nobody is in them.
@@ -71,7 +79,20 @@ class Stay {
   /// The first of them; none if others have been bought.
   const std::optional<ChildWord>& root() const { return root_; }
 
+  /// Says that their leaves may have copies.
+  void BuyCopies() const {
+    if (root_) SetLeavesBare(root_->number());
+  }
+
  private:
+  void SetLeavesBare(uint32_t number) const {
+    WideNode& node = kept_.node(number);
+    node.SetLeavesBare();
+    for (std::size_t k = 0; k < node.count; ++k) {
+      if (node.Child(k).IsInner()) SetLeavesBare(node.Child(k).number());
+    }
+  }
+
   KeptPartition& kept_;
   Subset& subset_;
   std::optional<ChildWord> root_;

@@ -25,7 +25,7 @@ inline constexpr uint32_t kNumberBits = 11, kCurveBits = 7;
 static_assert(SubsetScratch::kTriangles == 1u << kNumberBits);
 
 /// Sorts the references of a range, which begins with scratch.spare, along a Morton curve into
-/// scratch.refs, and writes their codes to scratch.codes[0].
+/// scratch.refs.
 inline void SortAlongCurve(const TriangleRange& range, SubsetScratch& scratch) {
   constexpr uint32_t kCells = 1u << kCurveBits;
   // Bits of a number, two places apart.

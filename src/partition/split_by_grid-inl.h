@@ -168,7 +168,7 @@ inline uint32_t SplitSubset(KeptPartition& kept, Subset& subset, size_t rays,
                             SubsetScratch* scratch, TaskPool* tasks) {
   if (subset.count <= SubsetScratch::kTriangles) {
     if (!scratch) throw std::bad_alloc();
-    return SplitSmallSubset(kept, subset, rays, subset.begin, *scratch);
+    return SplitSmallSubset(kept, subset, rays, *scratch);
   }
   try {
     if (scratch) return SplitByGrid(kept, subset, *scratch, tasks);
@@ -193,7 +193,7 @@ inline bool SplitNeighbour(KeptPartition& kept, const Subset& subset, SubsetScra
       continue;
     }
     const OrdinaryArithmetic ordinary;
-    Publish(kept, other, SplitSmallSubset(kept, other, 0, other.begin, scratch));
+    Publish(kept, other, SplitSmallSubset(kept, other, 0, scratch));
     return true;
   }
   return false;

@@ -11,11 +11,11 @@
 #include "partition/build_nodes-inl.h"
 #include "partition/keep_nodes-inl.h"
 #include "partition/kept_partition.h"
+#include "partition/nodes_over_leaves-inl.h"
 #include "partition/pack_along_curve-inl.h"
 #include "partition/read_ahead-inl.h"
 #include "partition/rent_or_buy.h"
 #include "partition/sort_along_curve-inl.h"
-#include "partition/split_along_curve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -54,14 +54,44 @@ struct TriangleLeaves {
   bool* is_last;   ///< of its leaf, for each triangle
 };
 
-/// Triangles up to which ranges are split on three axes. Sponza, ms for the first 1,024 rays, ns a
-/// diffuse and a shadow ray of 65,536: with 32 24.3, 215 and -; 64 25.9, 196, 58.8; 128 27.6,
-/// 196, 54.6. With 2,048 what is bought costs twice as much, and rays take 2 % less.
-constexpr size_t kBySurface = 128;
-
-/// How triangles are split: in so little time that it pays for few rays, or so that rays are traced
-/// a tenth faster.
+/// How nodes are made: in so little time that it pays for few rays, or so that rays are traced a
+/// tenth faster.
 enum class SplitRule { kRent, kBuy };
+
+/// Triangles up to which they are split one by one, on three axes, which costs next to nothing
+/// then. In the leaves into which a curve is cut rays take up to 8 % longer in a box of 36 triangles.
+constexpr size_t kOneByOne = 64;
+
+/// Whether so many triangles are cut into leaves along a curve, over which nodes are made. Where
+/// leaves are large, nodes have no room for what that costs.
+constexpr bool HasCurve(size_t triangles, size_t leaf_lanes) {
+  return triangles > kOneByOne && leaf_lanes == kLeafLanes;
+}
+
+/// Splits the triangles of `range`, which begins with scratch.refs, one by one. Returns the number
+/// of nodes, 0 if they have no room.
+template <class Kind>
+inline size_t SplitOneByOne(const Kind& kind, const TriangleRange& range, TriangleLeaves& leaves,
+                            SubsetScratch& scratch) {
+  size_t weight = 0;
+  for (size_t i = 0; i < range.count(); ++i) weight += kind.Weight(scratch.refs[i]);
+  return NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
+                     std::span(scratch.nodes), scratch)
+      .Build({range, weight});
+}
+
+/// Splits those that stand along a curve. Returns the same; the references are gone then.
+template <class Kind>
+inline size_t SplitAlongCurve(const Kind& kind, const TriangleRange& range, SplitRule rule,
+                              TriangleLeaves& leaves, SubsetScratch& scratch) {
+  const size_t count = PackLeaves(kind, range, scratch);
+  if (rule == SplitRule::kRent) return PackNodes(range.bounds, count, leaves, scratch);
+  for (size_t i = 0; i < count; ++i) {
+    const PackedRange& leaf = scratch.packed[i];
+    scratch.refs[i] = ReferLeaf(Extent::Of(leaf), leaves.Child(leaf.begin, leaf.end));
+  }
+  return MakeNodesOver({scratch.refs, count}, scratch);
+}
 
 /// Splits the triangles of `order`, whose place in the kept order is `first`, into nodes in
 /// scratch.nodes, with leaves of `leaf_lanes` lanes, and orders them anew. Returns the number of
@@ -70,66 +100,59 @@ inline size_t SplitTriangles(const GeometryTable& geometries, size_t leaf_lanes,
                              std::span<uint32_t> order, SplitRule rule, SubsetScratch& scratch,
                              Box* bounds = nullptr) {
   DACRT_ASSERT(!order.empty() && order.size() <= SubsetScratch::kTriangles);
-  // Where leaves are large nodes have no room for what curves cost.
-  const bool one_lane_each = geometries.all_fill_one_lane();
-  const bool packs = rule == SplitRule::kRent && leaf_lanes == kLeafLanes;
-  const bool has_curve = leaf_lanes == kLeafLanes && (packs || one_lane_each);
+  const bool has_curve = HasCurve(order.size(), leaf_lanes);
   const TriangleRange range =
       ReferTriangles(geometries, order, has_curve ? scratch.spare : scratch.refs);
   if (bounds) *bounds = range.bounds;
-  if (has_curve) SortAlongCurve(range, scratch);
   std::fill_n(scratch.is_last, order.size(), false);
   TriangleLeaves leaves{leaf_lanes, first, scratch.is_last};
-  const auto split = [&](const auto& kind) {
-    size_t weight = 0;
-    for (size_t i = 0; i < order.size(); ++i) weight += kind.Weight(scratch.refs[i]);
-    return NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
-                       std::span(scratch.nodes), scratch)
-        .Build({range, weight});
+  const auto name = [&] {
+    for (size_t i = 0; i < order.size(); ++i) {
+      order[i] = geometries.Number(scratch.refs[i].geometry, scratch.refs[i].primitive);
+    }
   };
-  const Items items{geometries};
-  size_t count;
-  if (packs) {
-    count = one_lane_each ? PackAlongCurve(Triangles(), range, leaves, scratch)
-                          : PackAlongCurve(items, range, leaves, scratch);
-  } else if (has_curve) {
-    count = split(AlongCurve{{}, scratch.codes[0], kBySurface});
-  } else {
-    count = one_lane_each ? split(Triangles()) : split(items);
-  }
+  const auto split = [&](const auto& kind) {
+    if (!has_curve) {
+      const size_t count = SplitOneByOne(kind, range, leaves, scratch);
+      name();
+      return count;
+    }
+    SortAlongCurve(range, scratch);
+    name();
+    return SplitAlongCurve(kind, range, rule, leaves, scratch);
+  };
+  const size_t count =
+      geometries.all_fill_one_lane() ? split(Triangles()) : split(Items{geometries});
   for (size_t i = 0; i < order.size(); ++i) {
-    order[i] = geometries.Number(scratch.refs[i].geometry, scratch.refs[i].primitive);
     if (scratch.is_last[i]) order[i] |= KeptOrder::kLastOfLeaf;
   }
   return count;
 }
 
-/// Splits a small subset, whose order stands at `begin` of the kept order then. Returns the number
-/// of the root, or Subset::kNoRoom, after which everything is as it was. The nodes may take the
-/// place of `old`. They are rented unless `rays` rays are enough to buy.
-inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t rays, uint32_t begin,
+/// Splits a small subset. Returns the number of the root, or Subset::kNoRoom, after which
+/// everything is as it was. The nodes may take the place of `old`. They are rented unless `rays`
+/// rays are enough to buy, or there are no better ones.
+inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t rays,
                                  SubsetScratch& scratch, const NodeRun& old = {}) {
   // In private memory until there is room: others may still read the order.
   uint32_t* const order = scratch.order;
   const auto triangles = kept.OrderOf(subset);
   std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
-  const bool is_enough = rays >= rent_or_buy::RaysFor(subset.count);
-  const SplitRule rule = kept.is_short_lived() || !is_enough ? SplitRule::kRent : SplitRule::kBuy;
-  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), begin,
+  const SplitRule rule =
+      rays >= rent_or_buy::RaysForNodes(subset.count) ? SplitRule::kBuy : SplitRule::kRent;
+  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), subset.begin,
                                       {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
-  // There is nothing better than one node, or than what was split by surface.
-  const bool is_rented = rule == SplitRule::kRent && count > 1 && !kept.is_short_lived() &&
-                         kept.leaf_lanes() == kLeafLanes;
+  const bool is_rented =
+      rule == SplitRule::kRent && count > 1 && HasCurve(subset.count, kept.leaf_lanes());
   if (is_rented) {
     for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesDone();
   }
   uint32_t no_subset;
   const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
   if (root == Subset::kNoRoom) return root;
-  subset.begin = begin;
-  std::copy_n(order, subset.count, kept.OrderOf(subset).begin());
+  std::copy_n(order, subset.count, triangles.begin());
   subset.node_count = static_cast<uint32_t>(count);
   subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
   if (!is_rented) {
@@ -158,7 +181,7 @@ inline uint32_t SplitAnew(KeptPartition& kept, Subset& subset, uint32_t root, si
                           SubsetScratch& scratch) {
   const NodeRun old{root, subset.node_count};
   const size_t leaf_room = LeafRoomOf(kept, {&kept.node(root), old.count});
-  const uint32_t anew = SplitSmallSubset(kept, subset, rays, subset.begin, scratch, old);
+  const uint32_t anew = SplitSmallSubset(kept, subset, rays, scratch, old);
   if (anew == Subset::kNoRoom) return root;
   if (Subset::NodeOf(anew) == root) {
     kept.Lose((old.count - subset.node_count) * sizeof(WideNode));

@@ -70,7 +70,10 @@ struct SubsetScratch {
 
   TriangleRef refs[kTriangles];
   TriangleRef spare[kTriangles];  ///< for references that move
-  uint32_t codes[2][kTriangles];  ///< see sort_along_curve-inl.h
+  union {
+    uint32_t codes[2][kTriangles];  ///< see sort_along_curve-inl.h
+    uint32_t words[kTriangles];     ///< bits of leaves' ChildWords, see buy_nodes-inl.h
+  };
   union {
     BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
     struct {

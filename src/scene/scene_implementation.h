@@ -86,8 +86,6 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
 
   /// Splits the scene into its subsets.
   void Split(SubsetScratch& scratch) const;
-  /// Whether rays came since it was committed: programs that make a scene step by step send none.
-  bool WasTraced() const { return parts.kept && Subset::HasNodes(parts.kept->subset(0).root); }
   bool IsUnsplit() const { return parts.kept->subset(0).root == Subset::kUnsplit; }
 
   /// The first call after a commit needs all threads for that, however short it is.

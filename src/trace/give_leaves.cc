@@ -72,10 +72,7 @@ std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, ui
   const GeometryTable& geometries = kept.geometries();
   const uint32_t* const order = kept.triangles().data();
   for (BareLeaf& leaf : leaves) {
-    const ChildWord word = node.Child(leaf.child);
-    leaf.first = word.IsRange()
-                     ? word.range()
-                     : reinterpret_cast<const LeafBlock*>(kept.leaf(word.block()))->first;
+    leaf.first = kept.PlaceOfLeaf(node.Child(leaf.child));
     hwy::Prefetch(order + leaf.first);
   }
   for (BareLeaf& leaf : leaves) {

@@ -61,7 +61,8 @@ struct FourBounds {
 
   /// What `of_two` makes of all lanes of each row.
   template <class OfTwo>
-  static HWY_INLINE void StoreRows(const V (&rows)[4], const OfTwo& of_two, float* to) {
+  static HWY_INLINE void StoreRows(const V (&rows)[4], [[maybe_unused]] const OfTwo& of_two,
+                                   float* to) {
 #if HWY_TARGET == HWY_SCALAR
     for (size_t row = 0; row < 4; ++row) to[row] = hn::GetLane(rows[row]);
 #else

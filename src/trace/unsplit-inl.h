@@ -100,7 +100,7 @@ std::optional<uint32_t> SplitForRays(const TraceTask& task, uint32_t number, con
 }
 
 /// Buys nodes for a subset, if there is memory to make them in.
-inline void Buy(const TraceTask& task, Subset& subset) {
+inline void BuyNodes(const TraceTask& task, Subset& subset) {
   const SplitMemory::Use scratch(task.split_memory);
   if (!scratch.get()) {
     subset.rays = 0;
@@ -115,9 +115,11 @@ inline void Buy(const TraceTask& task, Subset& subset) {
 template <class Trace>
 std::optional<uint32_t> RentOrBuy(const TraceTask& task, Subset& subset, size_t rays,
                                   const Trace& trace) {
-  if (rent_or_buy::IsDue(subset, rays)) Buy(task, subset);
+  const rent_or_buy::Due due = rent_or_buy::CountRays(subset, rays);
+  if (due == rent_or_buy::Due::kNodes) BuyNodes(task, subset);
   const rent_or_buy::Stay stay(*task.scene.kept, subset);
   if (!stay.root()) return subset.root;
+  if (due == rent_or_buy::Due::kCopies) stay.BuyCopies();
   trace(*stay.root());
   return std::nullopt;
 }

@@ -97,9 +97,7 @@ class Walker : public Counts {
   void Walk(bool has_room) {
     has_room_ = has_room;
     Subset& all = kept_.partition.subset(0);
-    if (IsInPlace(all)) {
-      ASSERT_EQ(all.begin, 0u);
-    }
+    ASSERT_EQ(all.begin, 0u);
     ASSERT_EQ(all.count, kept_.partition.triangle_count());
     WalkSubset(0, {}, 1);
     if (testing::Test::HasFatalFailure()) return;
@@ -113,11 +111,6 @@ class Walker : public Counts {
     float upper[3];
   };
   using Volumes = std::vector<Volume>;
-
-  /// Whether a subset has no other order than that which it came with.
-  bool IsInPlace(const Subset& subset) const {
-    return subset.begin < kept_.partition.triangle_count();
-  }
 
   /// The nodes of a subset hold just its triangles.
   void WalkSubset(uint32_t number, const Volumes& above, size_t depth) {
@@ -172,10 +165,8 @@ class Walker : public Counts {
         WalkLeaf(child, (node.bare >> i & 1) != 0, volumes, begin, end);
       } else if (child.IsSubset()) {
         Subset& subset = kept_.partition.subset(child.number());
-        if (IsInPlace(subset)) {
-          ASSERT_GE(subset.begin, begin);
-          ASSERT_LE(subset.begin + subset.count, end);
-        }
+        ASSERT_GE(subset.begin, begin);
+        ASSERT_LE(subset.begin + subset.count, end);
         ASSERT_EQ(subset.parent, number * WideNode::kWidth + i);
         WalkSubset(child.number(), volumes, depth + 1);
         // Once there is nothing more to do for it, the way to it is the shorter one.

@@ -135,7 +135,7 @@ struct FoundLeaves {
   std::vector<Range> ranges;
 };
 
-/// A refit walks nodes as this does: leaves come in the order of their triangles.
+/// Leaves come in the order of their triangles.
 void Walk(const WideNode* nodes, size_t count, uint32_t number, const FoundLeaves& leaves,
           std::vector<bool>& seen, uint32_t& next) {
   ASSERT_LT(number, count);
@@ -166,8 +166,9 @@ void NodesHoldEachLeafOnce() {
       const auto row = is_point ? std::vector<TriangleRef>(count) : MakeRow(random, count);
       std::copy(row.begin(), row.end(), scratch->refs);
       FoundLeaves leaves;
-      const size_t nodes =
-          PackAlongCurve(Triangles(), MeasureTriangles(scratch->refs, 0, count), leaves, *scratch);
+      const TriangleRange range = MeasureTriangles(scratch->refs, 0, count);
+      const size_t leaf_count = PackLeaves(Triangles(), range, *scratch);
+      const size_t nodes = PackNodes(range.bounds, leaf_count, leaves, *scratch);
       std::vector<bool> seen(nodes);
       uint32_t next = 0;
       Walk(scratch->nodes, nodes, 0, leaves, seen, next);

@@ -114,7 +114,7 @@ TEST(RefitTest, IndicesThatChangeInPlaceHaveTheSameHits) {
 // However often corners come apart, the memory stays what it was.
 TEST(RefitTest, WhatIsLostComesBackWithANewPartition) {
   Film film(MakeSheets(1, 80));
-  film.Check(20000);
+  film.Check(100000);
   bool is_renewed = false;
   for (uint32_t frame = 0; frame < 60; ++frame) {
     Random random(frame);

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -27,41 +28,52 @@ namespace {
 
 using unit::Random;
 
-/// `rays` rays come to a subset together. True if they have bought it.
-bool Come(Kept& kept, uint32_t number, uint32_t rays) {
+using rent_or_buy::Due;
+using rent_or_buy::Offer;
+
+/// `rays` rays come to a subset together, and buy what is due.
+Due Come(Kept& kept, uint32_t number, uint32_t rays) {
   Subset& subset = kept.partition.subset(number);
-  if (!Subset::IsRented(subset.root) || !rent_or_buy::IsDue(subset, rays)) return false;
-  BuyNodes(kept.partition, subset, *kept.scratch);
-  return true;
+  if (!Subset::IsRented(subset.root)) return Due::kNothing;
+  const Due due = rent_or_buy::CountRays(subset, rays);
+  if (due == Due::kNodes) BuyNodes(kept.partition, subset, *kept.scratch);
+  if (due == Due::kCopies) rent_or_buy::Stay(kept.partition, subset).BuyCopies();
+  return due;
 }
 
 // Costs are counted as they are taken to be. However many rays come, and however many of them
-// together, the subset costs at most twice what it would have, had one known.
+// together, copies and nodes cost at most twice what they would have, had one known.
 void CostsAtMostTwiceTheBest() {
   Random random(61);
   for (const uint32_t triangles : {600u, 900u, 2048u}) {
     const unit::Mesh mesh = unit::MakeSoup(random, triangles, 1, 0.1f);
-    const uint64_t price = uint64_t{triangles} * rent_or_buy::kPrice;
     for (const uint32_t together : {1u, 7u, 64u, 100'000u}) {
       Kept kept({mesh}, kPlenty);
       ASSERT_TRUE(Subset::IsRented(kept.Root(0)));
-      uint64_t rays = 0, cost = 0;
-      bool is_bought = false;
+      uint64_t rays = 0, cost[2] = {};
+      bool is_bought[2] = {};
       for (int call = 0; call < 3000; ++call) {
         const uint32_t count = 1 + random.Below(together);
-        rays += count;
-        if (Come(kept, 0, count)) {
-          ASSERT_FALSE(is_bought);
-          is_bought = true;
-          cost += price;
+        // A few pay as much as some more.
+        const uint64_t counted = std::max<uint64_t>(count, rent_or_buy::kFewestRays);
+        rays += counted;
+        const Due due = Come(kept, 0, count);
+        for (const int which : {0, 1}) {
+          const Offer& offer = which == 0 ? rent_or_buy::kCopies : rent_or_buy::kNodes;
+          const uint64_t price = uint64_t{triangles} * offer.price;
+          if (due == Due::kNodes || (which == 0 && due == Due::kCopies)) {
+            ASSERT_TRUE(which == 0 || !is_bought[which]);
+            if (!is_bought[which]) cost[which] += price;
+            is_bought[which] = true;
+          }
+          if (!is_bought[which]) cost[which] += counted * offer.rent;
+          // That rays are whole, and not parts of one, may cost one more.
+          const uint64_t best = std::min(rays * offer.rent, price);
+          ASSERT_LE(cost[which], 2 * best + offer.rent) << triangles << " triangles, " << rays;
         }
-        if (!is_bought) cost += uint64_t{count} * rent_or_buy::kRent;
-        EXPECT_EQ(is_bought, Subset::IsNode(kept.partition.subset(0).root));
-        // That rays are whole, and not parts of one, may cost one more.
-        const uint64_t best = std::min(rays * rent_or_buy::kRent, price);
-        ASSERT_LE(cost, 2 * best + rent_or_buy::kRent) << triangles << " triangles, " << rays;
+        ASSERT_EQ(is_bought[1], Subset::IsNode(kept.partition.subset(0).root));
       }
-      EXPECT_TRUE(is_bought);
+      EXPECT_TRUE(is_bought[0] && is_bought[1]);
       Walker(kept).Walk(true);
     }
   }
@@ -81,40 +93,77 @@ void ManyRaysBuyAtOnce() {
   EXPECT_GT(few.partition.BytesUsed(), many.partition.BytesUsed());
 }
 
-// What will not live for long has the nodes that others rent, with copies of their leaves.
-void ShortLivedOnesNeitherRentNorBuy() {
-  Random random(68);
-  const unit::Mesh mesh = unit::MakeSoup(random, 2000, 1, 0.1f);
-  Kept few({mesh}, kPlenty);
-  few.Root(0);
-  for (const Rays rays : kAllRays) {
-    Kept kept({mesh}, kPlenty);
-    kept.partition.SetShortLived();
-    kept.rays = rays;
-    EXPECT_TRUE(Subset::IsNode(kept.Root(0)));
-    EXPECT_EQ(kept.partition.BytesUsed(), few.partition.BytesUsed());
-    Walker(kept).Walk(true);
-  }
-}
-
-// Of threads whose rays come at once one buys.
-void OneThreadBuys() {
+// Of threads whose rays come at once one buys the copies, and one the nodes.
+void EachIsBoughtOnce() {
   Random random(63);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   ASSERT_TRUE(Subset::IsRented(kept.Root(0)));
-  std::atomic<int> bought{0};
+  std::atomic<int> copies{0}, nodes{0};
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (int call = 0; call < 2000; ++call) {
-        bought += Come(kept, 0, 1 + static_cast<uint32_t>(t * call) % 3);
+        const Due due = Come(kept, 0, 1 + static_cast<uint32_t>(t * call) % 3);
+        copies += due == Due::kCopies;
+        nodes += due == Due::kNodes;
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(bought, 1);
-  EXPECT_FALSE(rent_or_buy::IsDue(kept.partition.subset(0), UINT32_MAX)) << "for who came late";
+  EXPECT_EQ(copies, 1);
+  EXPECT_EQ(nodes, 1);
+  EXPECT_EQ(rent_or_buy::CountRays(kept.partition.subset(0), UINT32_MAX), Due::kNothing)
+      << "for who came late";
   Walker(kept).Walk(true);
+}
+
+// Nodes that are bought have the copies that leaves got in the rented ones, but for what is wrong.
+void LeavesKeepTheirCopies() {
+  Random random(70);
+  Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
+  const uint32_t rented = Subset::NodeOf(kept.Root(0));
+  Subset& subset = kept.partition.subset(0);
+  EXPECT_EQ(Come(kept, 0, rent_or_buy::kCopies.RaysFor(2000)), Due::kCopies);
+  std::map<uint32_t, uint32_t> copies;  // by where their items stand
+  uint32_t stale_place = UINT32_MAX;
+  for (uint32_t i = 0; i < subset.node_count; ++i) {
+    WideNode& node = kept.partition.node(rented + i);
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      if (!child.IsRange()) continue;
+      ASSERT_TRUE(node.bare >> k & 1);
+      if (copies.size() >= 100) continue;
+      uint32_t place;
+      ASSERT_TRUE(kept.partition.AllocateLeaf(sizeof(LeafBlock), place));
+      auto& block = *reinterpret_cast<LeafBlock*>(kept.partition.leaf(place));
+      block = LeafBlock();
+      block.first = child.range();
+      node.SetChild(k, ChildWord::Block(place));
+      node.SetLeavesDone(1u << k);
+      copies[child.range()] = ChildWord::Block(place).bits();
+      if (copies.size() != 50) continue;
+      node.SetLeafStale(k);
+      stale_place = child.range();
+    }
+  }
+  ASSERT_EQ(copies.size(), 100u);
+  copies.erase(stale_place);
+  EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
+  size_t kept_copies = 0;
+  for (uint32_t i = 0; i < subset.node_count; ++i) {
+    const WideNode& node = kept.partition.node(subset.root + i);
+    for (size_t k = 0; k < node.count; ++k) {
+      const ChildWord child = node.Child(k);
+      if (!child.IsLeaf()) continue;
+      const auto copy = copies.find(kept.partition.PlaceOfLeaf(child));
+      EXPECT_EQ(child.IsBlock(), copy != copies.end()) << "a wrong one is left behind";
+      EXPECT_EQ((node.bare >> k & 1) != 0, child.IsRange()) << "the others may have one";
+      if (copy == copies.end()) continue;
+      EXPECT_EQ(child.bits(), copy->second);
+      ++kept_copies;
+    }
+  }
+  EXPECT_EQ(kept_copies, 99u);
 }
 
 // What was rented is what the next one rents or buys.
@@ -133,37 +182,35 @@ void WhatWasRentedIsUsedAgain() {
   Walker(kept).Walk(true);
 }
 
-// Rented nodes stay while a ray is in them, and what their leaves say as long as it may have hits
-// there.
+// Rented nodes stay while a ray is in them.
 void WhoIsInsideMayStay() {
   Random random(67);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   const ChildWord rented = ChildWord::Inner(Subset::NodeOf(kept.Root(0)));
   Subset& subset = kept.partition.subset(0);
   const auto is_given_back = [&] { return subset.rented == 0; };
-  const std::span<const uint32_t> place = kept.partition.OrderOf(subset);
-  const std::vector<uint32_t> order(place.begin(), place.end());
   {
     const rent_or_buy::Stay first(kept.partition, subset);
     ASSERT_EQ(first.root()->bits(), rented.bits());
     {
       const rent_or_buy::Stay second(kept.partition, subset);
-      EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
+      EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
       EXPECT_FALSE(is_given_back());
       const rent_or_buy::Stay late(kept.partition, subset);
       EXPECT_FALSE(late.root().has_value()) << "it is bought";
+      late.BuyCopies();
     }
     EXPECT_FALSE(is_given_back());
     uint32_t node, no_subset;
     ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
     EXPECT_GT(node, rented.number() + subset.node_count) << "behind both";
   }
-  EXPECT_TRUE(std::equal(place.begin(), place.end(), order.begin(), order.end()));
-  EXPECT_NE(kept.partition.OrderOf(subset).data(), place.data());
   EXPECT_TRUE(is_given_back());
   uint32_t node, no_subset;
-  ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
-  EXPECT_EQ(node, rented.number());
+  for (const uint32_t next : {0u, 1u}) {
+    ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
+    EXPECT_EQ(node, rented.number() + next) << "what is longer stays free";
+  }
   Walker(kept).Walk(true);
 }
 
@@ -177,28 +224,10 @@ void WithoutRoomTheRentedOnesStay() {
   uint32_t first_node, first_subset;
   while (kept.partition.Allocate(1, 0, first_node, first_subset)) continue;
   const size_t bytes = kept.partition.BytesUsed();
-  EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
+  EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
   EXPECT_EQ(kept.partition.subset(0).root, Subset::NodeOf(rented));
   EXPECT_EQ(kept.partition.BytesUsed(), bytes);
   EXPECT_FALSE(kept.partition.Allocate(1, 0, first_node, first_subset)) << "nothing is given back";
-  Walker(kept).Walk(true);
-}
-
-// The same where there is room for another order, but not for nodes beside it.
-void AnOrderWithoutNodesIsGivenBack() {
-  Random random(69);
-  Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
-  const uint32_t rented = kept.Root(0);
-  NodeRun order;
-  uint32_t place, first_node, first_subset;
-  ASSERT_TRUE(kept.partition.AllocateOrder(2000, order, place));
-  while (kept.partition.Allocate(1, 0, first_node, first_subset)) continue;
-  kept.partition.Free(order);
-  EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
-  EXPECT_EQ(kept.partition.subset(0).root, Subset::NodeOf(rented));
-  ASSERT_TRUE(kept.partition.Allocate(order.count, 0, first_node, first_subset));
-  EXPECT_EQ(first_node, order.first);
-  EXPECT_FALSE(kept.partition.Allocate(1, 0, first_node, first_subset));
   Walker(kept).Walk(true);
 }
 
@@ -220,12 +249,11 @@ namespace dacrt {
 HWY_BEFORE_TEST(RentOrBuyTest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, CostsAtMostTwiceTheBest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
-HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ShortLivedOnesNeitherRentNorBuy);
-HWY_EXPORT_AND_TEST_P(RentOrBuyTest, OneThreadBuys);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, EachIsBoughtOnce);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, LeavesKeepTheirCopies);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WithoutRoomTheRentedOnesStay);
-HWY_EXPORT_AND_TEST_P(RentOrBuyTest, AnOrderWithoutNodesIsGivenBack);
 
 namespace unit {
 namespace {
@@ -276,20 +304,31 @@ class RentedTraceTest : public OnEachInstructionSet {
   std::unique_ptr<SceneParts> scene_;
 };
 
-// By every way in each ray counts once, and all have the same hits before and after.
-TEST_P(RentedTraceTest, RaysBuyWithTheLastOneThatIsMissing) {
+// By every way in each ray counts once or, where a packet's go their own ways, as a few, and all have
+// the same hits before and after. Leaves that rays have come to have their copies by then, and keep them.
+TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
   for (const Query query : {Query::kClosest, Query::kAny}) {
     for (const uint32_t lanes : {1u, 4u, 16u}) {
       SCOPED_TRACE(std::to_string(lanes) + " lanes");
       Keep();
       const Subset& subset = scene_->kept->subset(0);
-      const uint32_t most = rent_or_buy::RaysFor(kTriangles), packets = (most + lanes - 1) / lanes;
+      const uint32_t most = rent_or_buy::RaysForNodes(kTriangles);
+      const uint32_t each = std::max<uint32_t>(lanes, rent_or_buy::kFewestRays);
+      const uint32_t packets = (most + each - 1) / each;
       std::vector<std::vector<float>> rented(packets);
       for (uint32_t i = 0; i < packets; ++i) {
-        ASSERT_FALSE(Subset::IsNode(subset.root)) << i;
+        if (i < most / (lanes * rent_or_buy::kFewestRays)) {
+          ASSERT_FALSE(Subset::IsNode(subset.root)) << i;
+        }
         TracePacket(query, lanes, i, rented[i]);
       }
-      EXPECT_TRUE(Subset::IsNode(subset.root));
+      ASSERT_TRUE(Subset::IsNode(subset.root));
+      std::size_t copies = 0;
+      for (uint32_t i = 0; i < subset.node_count; ++i) {
+        const WideNode& node = scene_->kept->node(subset.root + i);
+        for (std::size_t k = 0; k < node.count; ++k) copies += node.Child(k).IsBlock();
+      }
+      EXPECT_GT(copies, 10u);
       std::vector<float> bought;
       std::size_t hits = 0;
       for (uint32_t i = 0; i < packets; ++i) {

@@ -97,24 +97,6 @@ TEST(TakeOverTest, NothingIsTakenOverFromAnotherDevice) {
   EXPECT_FALSE(Scene(other, geometries, SceneOptions(), scene).takes_over());
 }
 
-// A scene in the place of one to which rays came gives its leaves copies for the first rays; one in
-// the place of one that nobody traced does not.
-TEST(TakeOverTest, WhatReplacesATracedSceneWillNotLiveForLong) {
-  const Mesh mesh = MakeSheets(1, 40)[0], other = MakeSheets(1, 41)[0];
-  const std::vector<Geometry> before = {GeometryOf(other)}, after = {GeometryOf(mesh)};
-  const auto device = std::make_shared<Device>();
-  Random random(1);
-  std::vector<Ray> rays = unit::MakeRays(random, 50, 1);
-  const auto bytes_after = [&](const Scene& scene) {
-    scene.Trace(Query::kClosest, unit::ViewOf(rays));
-    return scene.KeptBytesUsed();
-  };
-  const Scene previous(device, before);
-  const Scene early(device, after, SceneOptions(), previous);
-  bytes_after(previous);
-  const Scene late(device, after, SceneOptions(), previous);
-  EXPECT_GT(bytes_after(late), bytes_after(early));
-}
 
 // What is looked at vertex by vertex and index by index has any stride.
 TEST(TakeOverTest, IndicesThatBecomeIllegalAreLeftOut) {
