@@ -36,6 +36,13 @@ struct alignas(16) Box {
     const float x = upper[0] - lower[0], y = upper[1] - lower[1], z = upper[2] - lower[2];
     return x * y + y * z + z * x;
   }
+
+  /// What half the surface of a box within it is times this is at most about 1, so that the sum of
+  /// many is finite, wherever the box lies.
+  float SurfaceScale() const {
+    const float area = HalfArea();
+    return area > 1e-37f ? 1 / area : 1;
+  }
 };
 
 }  // namespace dacrt

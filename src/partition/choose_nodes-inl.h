@@ -23,8 +23,9 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// What a range costs in up to 1, 2, ... 8 places of a node above it, a lane each, and how many
-/// places its left half gets then; 0 where it stays whole, as a node of its own.
-inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
+/// places its left half gets then; 0 where it stays whole, as a node of its own. Surfaces count
+/// `scale` times, and nodes `least` more.
+inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float scale, float least) {
   constexpr size_t kWidth = WideNode::kWidth;
   constexpr float kNever = std::numeric_limits<float>::infinity();
   const BinaryRange& left = ranges[range.first];
@@ -52,7 +53,8 @@ inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
   }
   HWY_ALIGN float all[kPartLanes];
   hn::Store(best[kParts - 1], kEightTag, all);
-  const EightPart whole = hn::Set(kEightTag, range.bounds.HalfArea() + least + all[kPartLanes - 1]);
+  const EightPart whole =
+      hn::Set(kEightTag, range.bounds.HalfArea() * scale + least + all[kPartLanes - 1]);
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;
   for (size_t part = 0; part < kParts; ++part) {
@@ -68,13 +70,12 @@ inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float least) {
 /// Chooses for all ranges of a partition, the first of which is all of it.
 inline void ChooseNodes(std::span<BinaryRange> ranges) {
   // Of nearly equal surfaces, and of ranges that have none, the one of fewer nodes.
-  const float least =
-      HWY_MAX(ranges[0].bounds.HalfArea() * 0x1p-8f, std::numeric_limits<float>::min());
+  const float scale = ranges[0].bounds.SurfaceScale(), least = 0x1p-8f;
   for (size_t i = ranges.size(); i-- > 0;) {
     if (ranges[i].IsLeaf()) {
       std::fill_n(ranges[i].cost, WideNode::kWidth, 0.0f);
     } else {
-      ChooseShares(ranges.data(), ranges[i], least);
+      ChooseShares(ranges.data(), ranges[i], scale, least);
     }
   }
 }

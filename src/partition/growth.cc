@@ -82,8 +82,7 @@ void KeptPartition::Grow(const GeometryTable& now, const ListedTriangles& listed
   memory_.Extend(std::move(more));
   subsets_ = {subsets_.data(), SubsetsFor(triangles)};
   const std::size_t room = UnitsFor(triangles, memory_.bytes());
-  const std::size_t for_nodes =
-      NodesOf(lanes) * kUnitsANode + room_units_;
+  const std::size_t for_nodes = NodesOf(lanes) * kUnitsANode + room_units_;
   leaf_units_ = std::max(leaf_units_ + room, for_nodes) - for_nodes;
   leaf_room_ = leaf_units_ > (taken_ & UINT32_MAX);
   room_units_ = room;

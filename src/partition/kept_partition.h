@@ -4,8 +4,9 @@
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
 // range. A subset is split when a ray first comes to it: a large one by a grid into many, for which
 // the whole scene is sorted while it is listed; a small one into nodes with a few triangles in each
-// leaf (split_subset-inl.h), and the nodes are made anew when rays have paid for it
-// (buy_nodes-inl.h). Leaves get a copy of their geometry (leaf/leaf_block.h) while the budget lasts. What has been published never changes but for a word that says the same in another
+// leaf (split_subset-inl.h), and the nodes are made anew over the same leaves when rays have paid
+// for it (buy_nodes-inl.h). Leaves get a copy of their geometry (leaf/leaf_block.h) while the
+// budget lasts. What has been published never changes but for a word that says the same in another
 // way, so threads read it without locks.
 #pragma once
 

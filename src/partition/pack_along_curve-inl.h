@@ -28,12 +28,12 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 /// The best way to cut a row of boxes, given one after the other, into groups of `fewest` to eight
-/// that follow each other: the sum of half their surfaces, and of `each` for each of them, is
-/// least. Where boxes have weights, those of a group are together at most eight.
+/// that follow each other: the sum of half their surfaces, times `scale`, and of `each` for each of
+/// them, is least. Where boxes have weights, those of a group are together at most eight.
 template <bool kHasWeights>
 class RowCut {
  public:
-  RowCut(size_t fewest, float each) : each_(each) {
+  RowCut(size_t fewest, float scale, float each) : scale_(scale), each_(each) {
     for (size_t k = 0; k < 2 * kMost; ++k) {
       too_few_[k] = k % kMost + fewest > kMost ? kNever : 0.0f;
     }
@@ -69,10 +69,12 @@ class RowCut {
         edge[axis] = hn::Sub(upper, lower);
       }
       before_[part] = hn::IfThenElse(begins, least_, before_[part]);
-      const EightPart area = hn::MulAdd(edge[0], hn::Add(edge[1], edge[2]),
-                                        hn::MulAdd(edge[1], edge[2], hn::Set(kEightTag, each_)));
+      const EightPart area =
+          hn::MulAdd(edge[0], hn::Add(edge[1], edge[2]), hn::Mul(edge[1], edge[2]));
       const EightPart too_few = hn::LoadU(kEightTag, too_few_ + kMost - 1 - lane + first);
-      cost[part] = hn::Add(before_[part], hn::Add(area, too_few));
+      const EightPart group =
+          hn::MulAdd(area, hn::Set(kEightTag, scale_), hn::Set(kEightTag, each_));
+      cost[part] = hn::Add(before_[part], hn::Add(group, too_few));
       if constexpr (kHasWeights) {
         const EightPart w = hn::Set(kEightTag, static_cast<float>(weight));
         weights_[part] = hn::IfThenElse(begins, w, hn::Add(weights_[part], w));
@@ -102,20 +104,22 @@ class RowCut {
   /// costs.
   EightPart lower_[kParts][3], upper_[kParts][3], before_[kParts], weights_[kParts];
   EightPart least_;  ///< what all that came so far costs, in all lanes
-  float each_;
+  float scale_, each_;
   size_t count_ = 0;
   HWY_ALIGN float too_few_[2 * kMost];
 };
 
 /// Cuts a row of boxes with the weights that `kind` says. Writes for each how many there are in the
-/// group that ends with it.
+/// group that ends with it. Another group costs, beside its surface, what a full one does: with
+/// half of that or twice as much rays take up to 3 % longer in one scene or another.
 template <class Kind, class Corners>
-inline void CutRow(const Kind& kind, std::span<const Corners> boxes, size_t fewest, float each,
+inline void CutRow(const Kind& kind, std::span<const Corners> boxes, size_t fewest, float scale,
                    uint8_t* sizes) {
   constexpr bool kHasWeights = std::is_same_v<Kind, Items>;
   // In two halves side by side: a step waits for the one before.
   const size_t middle = boxes.size() / 2;
-  RowCut<kHasWeights> left(fewest, each), right(fewest, each);
+  const float each = static_cast<float>(WideNode::kWidth) / static_cast<float>(boxes.size());
+  RowCut<kHasWeights> left(fewest, scale, each), right(fewest, scale, each);
   const auto add = [&](RowCut<kHasWeights>& row, size_t i) HWY_ATTR {
     size_t weight = 1;
     if constexpr (kHasWeights) weight = kind.Weight(boxes[i]);
@@ -171,19 +175,12 @@ inline size_t MakePackedNodes(std::span<const PackedRange> packed, size_t leaf_c
   return count;
 }
 
-/// What another group costs, of `count` boxes that fill a larger one, beside its surface: as much as
-/// a full one. With half of that or twice as much rays take up to 3 % longer in one scene or
-/// another.
-inline float CostOfGroup(const Box& bounds, size_t count) {
-  return WideNode::kWidth * bounds.HalfArea() / static_cast<float>(count);
-}
-
 /// Cuts the triangles of `range`, which begins with scratch.refs and stands in the order of the
 /// curve, into leaves. They are the first of scratch.packed; returns how many there are.
 template <class Kind>
 inline size_t PackLeaves(const Kind& kind, const TriangleRange& range, SubsetScratch& scratch) {
   const std::span<const TriangleRef> refs(scratch.refs, range.count());
-  CutRow(kind, refs, 1, CostOfGroup(range.bounds, refs.size()), scratch.sizes);
+  CutRow(kind, refs, 1, range.bounds.SurfaceScale(), scratch.sizes);
   return JoinGroups(refs, 0, scratch.sizes, scratch.packed);
 }
 
@@ -203,7 +200,7 @@ inline size_t PackNodes(const Box& bounds, size_t leaf_count, Leaves& leaves,
     if (count <= WideNode::kWidth) {
       sizes[count - 1] = static_cast<uint8_t>(count);
     } else {
-      CutRow(Triangles(), row, kFewest, CostOfGroup(bounds, count), sizes);
+      CutRow(Triangles(), row, kFewest, bounds.SurfaceScale(), sizes);
     }
     first += count;
     count = JoinGroups(row, first - count, sizes, packed + first);

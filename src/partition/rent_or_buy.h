@@ -1,15 +1,15 @@
-// Rent or buy: when the leaves of a small subset get copies of their geometry, and when it gets nodes
-// of least surface.
+// Rent or buy: when the leaves of a small subset get copies of their geometry, and when it gets
+// nodes of least surface.
 //
 // When rays first come to a small subset its nodes are packed along a curve
 // (pack_along_curve-inl.h) and its leaves gather their triangles from the mesh for each ray or list
-// that comes: that costs next to nothing beforehand, and each ray pays rent, for bare leaves and for
-// nodes that are not the best. Once the rent for one of them has come to what it costs, it is
+// that comes: that costs next to nothing beforehand, and each ray pays rent, for bare leaves and
+// for nodes that are not the best. Once the rent for one of them has come to what it costs, it is
 // bought: leaves may have copies (trace/give_leaves.h), better nodes are made over the same leaves
-// (buy_nodes-inl.h). So neither costs more than twice what the best choice would have, had one known
-// how many rays come: nothing but rent for fewer rays than that; for more, rent that costs as much
-// as what is bought then.
-// Karlin, Manasse, Rudolph, Sleator, "Competitive snoopy caching", Algorithmica 1988.
+// (buy_nodes-inl.h). So neither costs more than twice what the best choice would have, had one
+// known how many rays come: nothing but rent for fewer rays than that; for more, rent that costs as
+// much as what is bought then. Karlin, Manasse, Rudolph, Sleator, "Competitive snoopy caching",
+// Algorithmica 1988.
 #pragma once
 
 #include <algorithm>
@@ -32,8 +32,8 @@ struct Offer {
 };
 
 /// Measured on Zen 4 with AVX2: in streams of 65,536 rays bare leaves cost a ray some 20 in Sponza,
-/// a hall and the dragon, nodes 8, and more where few come together. Nodes are bought a little early,
-/// since most scenes to which so many rays come are traced again.
+/// a hall and the dragon, nodes 8, and more where few come together. Nodes are bought a little
+/// early, since most scenes to which so many rays come are traced again.
 inline constexpr Offer kCopies{10, 20}, kNodes{24, 16};
 constexpr uint32_t RaysForNodes(uint32_t triangles) { return kNodes.RaysFor(triangles); }
 

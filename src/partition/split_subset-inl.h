@@ -59,7 +59,8 @@ struct TriangleLeaves {
 enum class SplitRule { kRent, kBuy };
 
 /// Triangles up to which they are split one by one, on three axes, which costs next to nothing
-/// then. In the leaves into which a curve is cut rays take up to 8 % longer in a box of 36 triangles.
+/// then. In the leaves into which a curve is cut rays take up to 8 % longer in a box of 36
+/// triangles.
 constexpr size_t kOneByOne = 64;
 
 /// Whether so many triangles are cut into leaves along a curve, over which nodes are made. Where

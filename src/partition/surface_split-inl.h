@@ -97,6 +97,9 @@ inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const Wei
   }
 
   constexpr float kNever = std::numeric_limits<float>::infinity();
+  const float scale = range.bounds.SurfaceScale();
+  const auto cost_of = [&](const Extent& side, size_t weight)
+                           HWY_ATTR { return side.HalfArea() * scale * LeafTests(weight); };
   float best_cost = kNever;
   int best_axis = 0;
   uint32_t best_bin = 0;
@@ -108,7 +111,7 @@ inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const Wei
     for (uint32_t k = bins - 1; k > 0; --k) {
       side.Join(Extent::Load(extents[axis][k]));
       weight += weights[axis][k];
-      right_cost[k] = weight == 0 ? kNever : side.HalfArea() * LeafTests(weight);
+      right_cost[k] = weight == 0 ? kNever : cost_of(side, weight);
     }
     side = Extent::Empty();
     weight = 0;
@@ -116,7 +119,7 @@ inline WeighedChildren SplitRange(const Kind& kind, TriangleRef* refs, const Wei
       side.Join(Extent::Load(extents[axis][k]));
       weight += weights[axis][k];
       if (weight == 0) continue;
-      const float cost = side.HalfArea() * LeafTests(weight) + right_cost[k + 1];
+      const float cost = cost_of(side, weight) + right_cost[k + 1];
       if (cost >= best_cost) continue;
       best_cost = cost;
       best_axis = axis;

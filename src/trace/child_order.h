@@ -20,10 +20,11 @@ class LearntOrder {
  public:
   static constexpr uint32_t kMostOrders = 3;
 
-  /// Each of some orders gets `trials` of every `period` batches.
+  /// Each of some orders gets `trials` of every `period` batches; at first of fewer, since batches
+  /// for which nodes are made cost something else than those that follow.
   template <uint32_t kCount>
   constexpr LearntOrder(uint32_t trials, uint32_t period, const ChildOrder (&orders)[kCount])
-      : count_(kCount), trial_end_(kCount * trials), period_(period) {
+      : count_(kCount), trial_end_(kCount * trials), most_(period), period_(2 * trial_end_) {
     std::copy_n(orders, kCount, orders_);
   }
 
@@ -36,7 +37,9 @@ class LearntOrder {
   void Count(uint64_t cost) {
     if (IsTrial()) costs_[done_ % count_] += cost;
     if (++done_ == trial_end_) Decide();
-    if (done_ == period_) done_ = 0;
+    if (done_ < period_) return;
+    done_ = 0;
+    period_ = std::min(2 * period_, most_);
   }
 
  private:
@@ -54,7 +57,8 @@ class LearntOrder {
   ChildOrder orders_[kMostOrders] = {};
   uint32_t count_;
   uint32_t trial_end_;
-  uint32_t period_;
+  uint32_t most_;
+  uint32_t period_;  ///< the next time, up to that
   uint32_t done_ = 0;
   uint64_t costs_[kMostOrders] = {};
   uint32_t best_ = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <thread>
 #include <vector>
@@ -26,11 +27,18 @@ TEST(ChildOrderTest, TheCheapestOrderIsTaken) {
       uint64_t costs[] = {7, 7, 7, 7};
       costs[static_cast<std::size_t>(cheapest)] = 5;
       constexpr uint32_t kTrials = 4, kPeriod = 50;
+      const std::ptrdiff_t trial = std::ssize(choice) * kTrials;
       LearntOrder learnt(kTrials, kPeriod, choice);
-      const auto orders = Learn(learnt, costs, kPeriod);
-      const auto begin = orders.begin(), decided = begin + std::ssize(choice) * kTrials;
-      for (const ChildOrder order : choice) EXPECT_EQ(std::count(begin, decided, order), kTrials);
-      EXPECT_EQ(std::count(decided, orders.end(), cheapest), orders.end() - decided);
+      const auto orders = Learn(learnt, costs, 200);
+      // From one trial to the next it is twice as long, up to the period.
+      auto begin = orders.begin();
+      for (const std::ptrdiff_t period :
+           {2 * trial, std::min<std::ptrdiff_t>(4 * trial, kPeriod), std::ptrdiff_t{kPeriod}}) {
+        const auto decided = begin + trial, end = begin + period;
+        for (const ChildOrder order : choice) EXPECT_EQ(std::count(begin, decided, order), kTrials);
+        EXPECT_EQ(std::count(decided, end, cheapest), end - decided);
+        begin = end;
+      }
       EXPECT_EQ(learnt.best(), cheapest);
     }
   };
@@ -53,6 +61,16 @@ TEST(ChildOrderTest, WhatWasLearntIsForgotten) {
   EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
   Learn(learnt, now, 20 * 5);
   EXPECT_EQ(learnt.best(), ChildOrder::kFarthestFirst);
+}
+
+// While nodes are made, batches cost something else than those that follow.
+TEST(ChildOrderTest, TheFirstTrialIsSoonForgotten) {
+  LearntOrder learnt(2, 2048, kOrdersOfMany);
+  const uint64_t at_first[] = {30, 10, 40}, then[] = {8, 9, 9};
+  Learn(learnt, at_first, 6);
+  EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
+  Learn(learnt, then, 200);
+  EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
 }
 
 TEST(ChildOrderTest, EachThreadLearnsOfEachScene) {

@@ -73,7 +73,7 @@ double LeastCost(std::span<const TriangleRef> row, std::span<const size_t> weigh
 template <bool kHasWeights>
 void ExpectBest(std::span<const TriangleRef> row, std::span<const size_t> weights, size_t fewest,
                 float each) {
-  RowCut<kHasWeights> cut(fewest, each);
+  RowCut<kHasWeights> cut(fewest, 1, each);
   std::vector<size_t> sizes;
   for (size_t i = 0; i < row.size(); ++i) sizes.push_back(cut.Add(row[i], weights[i]));
   double cost = 0;
@@ -117,10 +117,37 @@ void NoGroupIsTooHeavy() {
 /// Of equal cuts the one of fewest groups.
 void BoxesWithoutSurfaceFillTheirGroups() {
   const std::vector<TriangleRef> row(21);
-  RowCut<false> cut(1, 0);
+  RowCut<false> cut(1, 1, 0);
   std::vector<size_t> sizes;
   for (const TriangleRef& box : row) sizes.push_back(cut.Add(box, 1));
   for (size_t i = 0; i < row.size(); ++i) EXPECT_EQ(sizes[i], std::min(kMost, i + 1));
+}
+
+/// Also where the surfaces of a few are beyond all numbers together.
+void SurfacesOfAnySizeAreCutAlike() {
+  constexpr size_t kCount = 1000;
+  const auto scratch = std::make_unique<SubsetScratch>();
+  const auto ends_of = [&](float size) {
+    Random random(84);
+    const std::vector<TriangleRef> row = MakeRow(random, kCount);
+    for (size_t i = 0; i < kCount; ++i) {
+      TriangleRef& box = scratch->refs[i];
+      box = row[i];
+      for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] *= size;
+        box.upper[axis] *= size;
+      }
+    }
+    const TriangleRange range = MeasureTriangles(scratch->refs, 0, kCount);
+    std::vector<uint32_t> ends(PackLeaves(Triangles(), range, *scratch));
+    for (size_t i = 0; i < ends.size(); ++i) ends[i] = scratch->packed[i].end;
+    return ends;
+  };
+  const std::vector<uint32_t> ends = ends_of(1);
+  EXPECT_EQ(ends.back(), kCount);
+  EXPECT_GT(ends.size(), kCount / kMost + 2) << "not all are full";
+  EXPECT_EQ(ends_of(0x1p57f), ends);
+  EXPECT_EQ(ends_of(0x1p-50f), ends);
 }
 
 /// Leaves as they are found, in the order of the nodes.
@@ -193,6 +220,7 @@ HWY_BEFORE_TEST(PackAlongCurveTest);
 HWY_EXPORT_AND_TEST_P(PackAlongCurveTest, TheCutIsTheBest);
 HWY_EXPORT_AND_TEST_P(PackAlongCurveTest, NoGroupIsTooHeavy);
 HWY_EXPORT_AND_TEST_P(PackAlongCurveTest, BoxesWithoutSurfaceFillTheirGroups);
+HWY_EXPORT_AND_TEST_P(PackAlongCurveTest, SurfacesOfAnySizeAreCutAlike);
 HWY_EXPORT_AND_TEST_P(PackAlongCurveTest, NodesHoldEachLeafOnce);
 
 }  // namespace dacrt

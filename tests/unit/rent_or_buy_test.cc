@@ -304,8 +304,9 @@ class RentedTraceTest : public OnEachInstructionSet {
   std::unique_ptr<SceneParts> scene_;
 };
 
-// By every way in each ray counts once or, where a packet's go their own ways, as a few, and all have
-// the same hits before and after. Leaves that rays have come to have their copies by then, and keep them.
+// By every way in each ray counts once or, where a packet's go their own ways, as a few, and all
+// have the same hits before and after. Leaves that rays have come to have their copies by then, and
+// keep them.
 TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
   for (const Query query : {Query::kClosest, Query::kAny}) {
     for (const uint32_t lanes : {1u, 4u, 16u}) {
@@ -333,7 +334,8 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
       std::size_t hits = 0;
       for (uint32_t i = 0; i < packets; ++i) {
         TracePacket(query, lanes, i, bought);
-        ASSERT_EQ(std::memcmp(bought.data(), rented[i].data(), bought.size() * sizeof(float)), 0) << i;
+        ASSERT_EQ(std::memcmp(bought.data(), rented[i].data(), bought.size() * sizeof(float)), 0)
+            << i;
         hits += bought[static_cast<std::size_t>(PacketComponent::kTfar) * lanes] != kInfinity;
       }
       EXPECT_GT(hits, packets / 4);

@@ -97,7 +97,6 @@ TEST(TakeOverTest, NothingIsTakenOverFromAnotherDevice) {
   EXPECT_FALSE(Scene(other, geometries, SceneOptions(), scene).takes_over());
 }
 
-
 // What is looked at vertex by vertex and index by index has any stride.
 TEST(TakeOverTest, IndicesThatBecomeIllegalAreLeftOut) {
   for (const std::size_t padding : {0u, 1u}) {
