@@ -38,10 +38,11 @@ struct alignas(16) Box {
   }
 
   /// What half the surface of a box within it is times this is at most about 1, so that the sum of
-  /// many is finite, wherever the box lies.
+  /// many is finite, wherever the box lies. 1 if the surface is next to nothing, or beyond all
+  /// numbers.
   float SurfaceScale() const {
     const float area = HalfArea();
-    return area > 1e-37f ? 1 / area : 1;
+    return area > 1e-37f && area <= std::numeric_limits<float>::max() ? 1 / area : 1;
   }
 };
 

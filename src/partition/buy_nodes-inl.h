@@ -69,8 +69,7 @@ inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch
     for (WideNode& node : old) node.SetLeavesBare();
     return Publish(kept, subset, rented.first);
   }
-  subset.node_count = static_cast<uint32_t>(count);
-  subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
+  SetNodes(kept, subset, {root, static_cast<uint32_t>(count)}, bounds);
   kept.HasItsNodes(subset);
   subset.rented = rented.bits();
   Publish(kept, subset, root);

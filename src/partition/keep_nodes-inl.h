@@ -69,6 +69,13 @@ inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
   return all > 0 ? surface / all : 0;
 }
 
+/// Says which nodes a subset has, whose triangles have these bounds.
+inline void SetNodes(const KeptPartition& kept, Subset& subset, const NodeRun& nodes,
+                     const Box& bounds) {
+  subset.node_count = nodes.count;
+  subset.decay_base = RelativeSurface({&kept.node(nodes.first), nodes.count}, bounds);
+}
+
 /// Says what stands behind a subset now. Whoever waits for that goes on.
 inline void Publish(KeptPartition& kept, Subset& subset, uint32_t root) {
   subset.root = root;

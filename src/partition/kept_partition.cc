@@ -122,24 +122,17 @@ void KeptPartition::HasItsNodes(Subset& subset) {
   if (subset.node_count < most) leaf_units_ += (most - subset.node_count) * kUnitsANode;
 }
 
+/// It takes the place of the shortest run that is remembered, and that one the place of another or
+/// none.
 void KeptPartition::Free(const NodeRun& nodes) {
-  NodeRun lost = nodes;
-  for (;;) {
-    // Where there is no place for it, it takes that of the shortest one.
-    std::atomic<uint64_t>* place = nullptr;
-    NodeRun shortest = lost;
-    for (std::atomic<uint64_t>& run : free_) {
-      const NodeRun other = NodeRun::Of(run);
-      if (other.count >= shortest.count) continue;
-      place = &run;
-      shortest = other;
-      if (other.count == 0) break;
-    }
-    if (!place) return Lose(lost.count * sizeof(WideNode));
-    uint64_t bits = shortest.bits();
-    if (!place->compare_exchange_strong(bits, lost.bits())) continue;
-    if (shortest.count == 0) return;
-    lost = shortest;
+  const auto is_shorter = [](uint64_t one, uint64_t other) {
+    return NodeRun::Of(one).count < NodeRun::Of(other).count;
+  };
+  for (NodeRun run = nodes; run.count > 0;) {
+    std::atomic<uint64_t>& place = *std::min_element(free_.begin(), free_.end(), is_shorter);
+    uint64_t shortest = place;
+    if (!is_shorter(shortest, run.bits())) return Lose(run.count * sizeof(WideNode));
+    if (place.compare_exchange_strong(shortest, run.bits())) run = NodeRun::Of(shortest);
   }
 }
 
@@ -156,7 +149,7 @@ bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
   const auto count = static_cast<uint32_t>(node_count);
   uint64_t bits = nodes.bits();
   const NodeRun rest{nodes.first + count, nodes.count - count};
-  if (!best || !best->compare_exchange_strong(bits, rest.count > 0 ? rest.bits() : 0)) return false;
+  if (!best || !best->compare_exchange_strong(bits, rest.bits())) return false;
   first_node = nodes.first;
   return true;
 }

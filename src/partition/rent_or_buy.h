@@ -35,7 +35,6 @@ struct Offer {
 /// a hall and the dragon, nodes 8, and more where few come together. Nodes are bought a little
 /// early, since most scenes to which so many rays come are traced again.
 inline constexpr Offer kCopies{10, 20}, kNodes{24, 16};
-constexpr uint32_t RaysForNodes(uint32_t triangles) { return kNodes.RaysFor(triangles); }
 
 /// One ray or a few pay as much as so many that come together: most of it is for the way in.
 inline constexpr std::size_t kFewestRays = 8;
@@ -45,7 +44,7 @@ enum class Due { kNothing, kCopies, kNodes };
 
 /// Counts rays that come to a rented subset. What is due falls to the caller, and to nobody else.
 inline Due CountRays(Subset& subset, std::size_t rays) {
-  const uint32_t most = RaysForNodes(subset.count);
+  const uint32_t most = kNodes.RaysFor(subset.count);
   if (subset.rays.load(std::memory_order_relaxed) >= most) return Due::kNothing;
   const auto coming = static_cast<uint32_t>(std::clamp<std::size_t>(rays, kFewestRays, most));
   const uint32_t before = subset.rays.fetch_add(coming, std::memory_order_relaxed);

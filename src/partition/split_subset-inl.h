@@ -141,7 +141,7 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
   std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
   const SplitRule rule =
-      rays >= rent_or_buy::RaysForNodes(subset.count) ? SplitRule::kBuy : SplitRule::kRent;
+      rays >= rent_or_buy::kNodes.RaysFor(subset.count) ? SplitRule::kBuy : SplitRule::kRent;
   const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), subset.begin,
                                       {order, subset.count}, rule, scratch, &bounds);
   if (count == 0) return Subset::kNoRoom;
@@ -154,8 +154,7 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
   const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
   if (root == Subset::kNoRoom) return root;
   std::copy_n(order, subset.count, triangles.begin());
-  subset.node_count = static_cast<uint32_t>(count);
-  subset.decay_base = RelativeSurface({&kept.node(root), count}, bounds);
+  SetNodes(kept, subset, {root, static_cast<uint32_t>(count)}, bounds);
   if (!is_rented) {
     kept.HasItsNodes(subset);
     return root;

@@ -148,6 +148,8 @@ void SurfacesOfAnySizeAreCutAlike() {
   EXPECT_GT(ends.size(), kCount / kMost + 2) << "not all are full";
   EXPECT_EQ(ends_of(0x1p57f), ends);
   EXPECT_EQ(ends_of(0x1p-50f), ends);
+  // Vertices may have been changed since they were looked at: then nothing is told apart.
+  EXPECT_EQ(ends_of(0x1p100f).back(), kCount);
 }
 
 /// Leaves as they are found, in the order of the nodes.

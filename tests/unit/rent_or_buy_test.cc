@@ -313,7 +313,7 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
       SCOPED_TRACE(std::to_string(lanes) + " lanes");
       Keep();
       const Subset& subset = scene_->kept->subset(0);
-      const uint32_t most = rent_or_buy::RaysForNodes(kTriangles);
+      const uint32_t most = rent_or_buy::kNodes.RaysFor(kTriangles);
       const uint32_t each = std::max<uint32_t>(lanes, rent_or_buy::kFewestRays);
       const uint32_t packets = (most + each - 1) / each;
       std::vector<std::vector<float>> rented(packets);
