@@ -68,7 +68,8 @@ HWY_INLINE M MaskOf(uint64_t bits) { return MaskOf(kFloat, bits); }
 /// Relative widening of a box, two units in the last place: a ray that runs exactly in a face of
 /// the box counts as inside, also when its direction's component is zero.
 constexpr float kBoxWidening = 0x1p-22f;
-/// Absolute widening, for faces at zero.
+/// Absolute widening, for faces at zero. In a scene that is smaller than this no box is of use: a
+/// ray that comes near is tested against all of it.
 constexpr float kBoxWideningAbsolute = 1e-20f;
 /// Relative slack of the distances to the box's planes. The slab test itself errs by 2^-22; the
 /// rest covers the rounding of the triangle test, whose hits may lie beside the triangle.

@@ -1,6 +1,7 @@
 #include "company.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dacrt::tests {
 namespace {
@@ -21,6 +22,16 @@ Company CompanyOf(const Form& form, Query query, std::span<const RTCRayHit> rays
   // Up to 32 occlusion rays of a stream follow the first of them, which may be any before.
   const bool follows = IsStream(form) && !form.coherent && query == Query::kAny;
   return {packet, follows ? rays.first(i) : packet};
+}
+
+Company CompanyOf(const Form& form, Query query, std::span<const RTCRayHit> rays,
+                  std::span<const RTCRayHit> answers, std::size_t i) {
+  Company company = CompanyOf(form, query, rays, i);
+  for (const RTCRayHit& before : company.packet) {
+    const RTCRayHit& after = answers[static_cast<std::size_t>(&before - rays.data())];
+    if (std::isnan(after.ray.tfar) && IsTraced(before.ray)) company.loses_its_end = true;
+  }
+  return company;
 }
 
 bool PlanesMayBeSwapped(const RTCRay& ray, std::span<const RTCRayHit> guides) {

@@ -16,10 +16,17 @@ struct Company {
   std::span<const RTCRayHit> packet;
   /// Those that it may take the order of a box's planes from.
   std::span<const RTCRayHit> guides;
+  /// A hit of one of the packet has no number for its distance: then there is none that the ends of
+  /// all of them are before, either, and what has not been found by then is lost.
+  bool loses_its_end = false;
 };
 
 /// Of ray `i` of a call.
 Company CompanyOf(const Form& form, Query query, std::span<const RTCRayHit> rays, std::size_t i);
+
+/// The same where answers are known that the real library gave.
+Company CompanyOf(const Form& form, Query query, std::span<const RTCRayHit> rays,
+                  std::span<const RTCRayHit> answers, std::size_t i);
 
 /// Whether the real library may take near planes for far ones. Where rays whose directions have the
 /// same signs go together, it takes the order of the planes from others' reciprocals, and those of

@@ -146,7 +146,7 @@ std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
   for (std::size_t i = 0; i < trial.before.size(); ++i) {
     ++tally.comparisons;
     const RTCRayHit& before = trial.before[i];
-    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
+    const Company company = CompanyOf(batch, trial, i);
     Comparison comparison{Relation::kWithheld, Side::kDropIn, {}};
     if (!RealLibraryAborts(before.ray)) {
       comparison =
@@ -162,6 +162,15 @@ std::vector<Finding> Duel::Run(const Batch& batch, Tally& tally) const {
   CompareOffers(batch, trial, findings);
   Audit(batch, trial, tally, findings);
   return findings;
+}
+
+Company Duel::CompanyOf(const Batch& batch, const Trial& trial, std::size_t i) const {
+  const auto with = [&](const std::vector<RTCRayHit>& answers) {
+    return tests::CompanyOf(batch.form, batch.query, trial.before, answers, i);
+  };
+  Company company = with(trial.real);
+  if (judged_ == Library::kReal && with(trial.drop_in).loses_its_end) company.loses_its_end = true;
+  return company;
 }
 
 void Duel::CheckCall(const Batch& batch, const CallContext& call, Library library,
@@ -196,7 +205,7 @@ void Duel::CompareOffers(const Batch& batch, const Trial& trial,
     const auto of_real = TakeOffers(real_rest, before.ray.id);
     const auto of_drop_in = TakeOffers(drop_in_rest, before.ray.id);
     if (AreAlike(of_real, of_drop_in)) continue;
-    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
+    const Company company = CompanyOf(batch, trial, i);
     const auto check = [&](Library library, const RTCRayHit& after, std::span<const Offer> offers) {
       const std::optional<std::string> fault =
           comparer_->FindOfferFault(batch, library, before, after, offers, company);
@@ -220,7 +229,7 @@ void Duel::Audit(const Batch& batch, const Trial& trial, Tally& tally,
   for (std::size_t i = 0; i < trial.before.size(); i += step) {
     ++tally.audits;
     const RTCRayHit& before = trial.before[i];
-    const Company company = CompanyOf(batch.form, batch.query, trial.before, i);
+    const Company company = CompanyOf(batch, trial, i);
     const auto check = [&](Library library, const RTCRayHit& after) {
       const std::optional<std::string> fault =
           comparer_->FindFault(batch, library, before, after, company);

@@ -77,6 +77,7 @@ class Duel {
   void Describe();
   PlayedWorld& Real() const;
   PlayedWorld& DropIn() const;
+  Company CompanyOf(const Batch& batch, const Trial& trial, std::size_t i) const;
   void CheckCall(const Batch& batch, const CallContext& call, Library library,
                  std::vector<Finding>& findings) const;
   void CompareOffers(const Batch& batch, const Trial& trial, std::vector<Finding>& findings) const;

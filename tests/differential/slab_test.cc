@@ -62,4 +62,32 @@ bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
   return false;
 }
 
+bool OwnSpaceTestMayMiss(const ApproximateRay& ray, const SlabBox& box, const SlabBox& all) {
+  // The place of the origin in the box is a sum of products.
+  constexpr int kOperations = 8;
+  double error[3], entry[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double origin = ray.org[axis].value;
+    error[axis] =
+        RoundingOf(kOperations) *
+            (std::abs(origin) + std::max(std::abs(all.lower[axis]), std::abs(all.upper[axis]))) +
+        ray.org[axis].error + box.plane_error[axis];
+    const double reciprocal = EmbreeReciprocal(ray.dir[axis].value);
+    const double plane = reciprocal < 0 ? box.upper[axis] : box.lower[axis];
+    entry[axis] = (plane - origin) * reciprocal + error[axis] * std::abs(reciprocal);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = all.upper[axis] - all.lower[axis];
+    const double least_direction = std::abs(ray.dir[axis].value) - ray.dir[axis].error;
+    if (least_direction * kLargestReciprocal >= length) continue;
+    const double origin = ray.org[axis].value;
+    const double way = std::min(box.upper[axis] - origin, origin - box.lower[axis]) - error[axis];
+    const double exit = way / length * kLargestReciprocal;
+    // By the planes of the other axes a larger box is entered no later.
+    if (exit < std::max({0.0, ray.tnear, entry[(axis + 1) % 3], entry[(axis + 2) % 3]}))
+      return true;
+  }
+  return false;
+}
+
 }  // namespace dacrt::tests

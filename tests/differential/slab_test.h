@@ -34,4 +34,10 @@ struct SlabBox {
 bool SlabTestMayMiss(const ApproximateRay& ray, double tfar, const SlabBox& box,
                      std::span<const RTCRayHit> packet);
 
+/// Whether a box around this one, and not around more than `all`, may be lost where the real
+/// library measures with the box itself, as it does with points: a ray's direction is divided by
+/// the box's lengths, and components that are then less than 1e-18 are taken for that, towards
+/// either side of the axis.
+bool OwnSpaceTestMayMiss(const ApproximateRay& ray, const SlabBox& box, const SlabBox& all);
+
 }  // namespace dacrt::tests

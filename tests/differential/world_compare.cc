@@ -208,7 +208,8 @@ class Judge {
 
   bool MayLose(const PossibleHit& hit, float tfar, Library library) const {
     return library == Library::kReal &&
-           reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_);
+           (company_.loses_its_end ||
+            reference_.SlabTestMayMiss(before_.ray, tfar, *hit.part, company_));
   }
 
   static bool IsSame(const Offer& a, const Offer& b) {
@@ -249,13 +250,45 @@ class Judge {
            part.geometry->shape == Shape::kGrids;
   }
 
+  bool IsShownToAny(const Part& part) const {
+    return FilterOf(*part.geometry) != FilterKind::kNone || ContextFilterRuns();
+  }
+
+  /// Where at the nearest the ray may have ended for a while: at a hit that was shown and accepted,
+  /// or at one that is shown to nobody.
+  double NearestEnd(std::span<const Offer> offers) const {
+    double nearest = kInfinity;
+    for (const Offer& offer : offers) {
+      const std::vector<PossibleHit> hits = reference_.HitsOf(before_.ray, NameOf(offer.hit));
+      if (hits.empty() || IsRejected(*hits.front().part)) continue;
+      nearest = std::min<double>(nearest, offer.t);
+    }
+    for (const PossibleHit& hit : reference_.AllHits(before_.ray)) {
+      if (IsShownToAny(*hit.part)) continue;
+      nearest = std::min(nearest, hit.answer.t.value - hit.answer.t.error);
+    }
+    return nearest;
+  }
+
+  /// What is nearer than this must have been shown.
+  double EndOfOffers(const Answer& answer, Library library, std::span<const Offer> offers) const {
+    if (!answer.is_hit) return kInfinity;
+    const float t = answer.record.ray.tfar;
+    const std::vector<PossibleHit> hits = HitsNamed(before_.ray, answer.record.hit);
+    const bool gave_up_nearer = std::any_of(hits.begin(), hits.end(), [&](const PossibleHit& hit) {
+      return !KeepsNearer(t, hit, library);
+    });
+    return gave_up_nearer ? NearestEnd(offers) : t;
+  }
+
   std::string MissingOffer(const Answer& answer, Library library,
                            std::span<const Offer> offers) const {
-    const float end = answer.is_hit ? answer.record.ray.tfar : before_.ray.tfar;
+    const float tfar = answer.is_hit ? answer.record.ray.tfar : before_.ray.tfar;
+    const double end = EndOfOffers(answer, library, offers);
     for (const bool by_context : {false, true}) {
       for (const PossibleHit& hit : near_hits_) {
         const Part& part = *hit.part;
-        if (!IsCertainBefore(hit, answer.is_hit ? end : kInfinity)) continue;
+        if (!IsCertainBefore(hit, end)) continue;
         const bool expected = by_context ? ContextFilterRuns() && !RejectedByGeometry(part)
                                          : FilterOf(*part.geometry) != FilterKind::kNone;
         if (!expected || IsOfferOptional(part, library)) continue;
@@ -263,7 +296,7 @@ class Judge {
           return offer.by_context == by_context && NameOf(offer.hit) == part.name &&
                  Fits(offer, hit);
         });
-        if (shown || MayLose(hit, end, library)) continue;
+        if (shown || MayLose(hit, tfar, library)) continue;
         return std::string("does not show the ") + (by_context ? "context's" : "geometry's") +
                " filter function the hit on " + Text(part.name) + " at " +
                std::to_string(hit.answer.t.value);

@@ -22,6 +22,11 @@ Double3 PositionOf(const Vertex& vertex) { return {vertex.x, vertex.y, vertex.z}
 
 std::size_t VertexCountOf(const Part& part) { return HasPoints(part.geometry->shape) ? 1 : 3; }
 
+/// Of those that the library tests itself.
+bool IsPoint(const Part& part) {
+  return HasPoints(part.geometry->shape) && part.geometry->shape != Shape::kUser;
+}
+
 /// Whether a quad or triangle is there at all times: neither library takes one with a vertex that
 /// is missing or not finite at any time step.
 bool IsPresent(const WorldGeometry& geometry, std::span<const uint32_t> indices) {
@@ -344,6 +349,29 @@ WorldReference::Box WorldReference::BoxOfInstance(const WorldGeometry& instance,
   return box;
 }
 
+WorldReference::Box WorldReference::LongestBoxWith(const Part& points) const {
+  const auto moves = [](const Part& part) { return part.geometry->StepCount() > 1; };
+  Box box;
+  bool bends = false;
+  for (const Part& part : parts_) {
+    if (part.scene != points.scene || !IsPoint(part) || moves(part) != moves(points)) continue;
+    bends = bends || part.geometry->StepCount() > 2;
+    for (const auto& step : part.geometry->vertices) {
+      const Vertex& vertex = step[part.vertex[0]];
+      const Double3 p = PositionOf(vertex);
+      box.Extend({Exactly(p.x), Exactly(p.y), Exactly(p.z)}, Exactly(vertex.radius));
+    }
+  }
+  if (!bends) return box;
+  // Bounds that are linear in time are moved out, at both ends, by what a step stands out of them.
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = box.upper[axis] - box.lower[axis];
+    box.lower[axis] -= length;
+    box.upper[axis] += length;
+  }
+  return box;
+}
+
 /// It is where its bounds at one of its steps are, which both libraries round.
 bool WorldReference::MayBeLeftOut(const WorldGeometry& instance) const {
   constexpr double kSurelyTaken = 0.999 * kLargestCoordinate;
@@ -367,11 +395,15 @@ bool WorldReference::SlabTestMayMiss(const RTCRay& ray, float tfar, const Part& 
     return geometry && geometry->StepCount() > 1;
   };
   if (has_time_ranges_ && (moves(part.geometry) || moves(part.instance))) return true;
-  ApproximateRay local_ray = Exactly(ray);
+  const ApproximateRay world_ray = Exactly(ray);
   const Box box = BoxOf(part, ray.time);
-  if (!part.instance) return tests::SlabTestMayMiss(local_ray, tfar, box, company.packet);
+  const auto may_miss = [&](const ApproximateRay& local_ray, std::span<const RTCRayHit> packet) {
+    return tests::SlabTestMayMiss(local_ray, tfar, box, packet) ||
+           (IsPoint(part) && OwnSpaceTestMayMiss(local_ray, box, LongestBoxWith(part)));
+  };
+  if (!part.instance) return may_miss(world_ray, company.packet);
   const ApproximateTransform to_world = ToWorld(*part.instance, MomentAt(*part.instance, ray.time));
-  if (tests::SlabTestMayMiss(local_ray, tfar, BoxOfInstance(*part.instance, to_world),
+  if (tests::SlabTestMayMiss(world_ray, tfar, BoxOfInstance(*part.instance, to_world),
                              company.packet)) {
     return true;
   }
@@ -387,7 +419,7 @@ bool WorldReference::SlabTestMayMiss(const RTCRay& ray, float tfar, const Part& 
   std::vector<RTCRayHit> local_packet;
   for (const RTCRayHit& other : company.packet) local_packet.push_back(to_instance(other));
   return PlanesMayBeSwapped(to_instance({ray, {}}).ray, local_packet) ||
-         tests::SlabTestMayMiss(ToInstance(local_ray, to_world), tfar, box, local_packet);
+         may_miss(ToInstance(world_ray, to_world), local_packet);
 }
 
 }  // namespace dacrt::tests

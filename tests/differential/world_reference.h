@@ -91,6 +91,8 @@ class WorldReference {
   static void Test(const ApproximateRay& ray, const Part& part, const Moment& moment,
                    std::vector<PossibleHit>& hits);
   static Box BoxOf(const Part& part, float time);
+  /// No box around points that stand in one hierarchy with these is longer.
+  Box LongestBoxWith(const Part& points) const;
   Box BoxOfInstance(const WorldGeometry& instance, const ApproximateTransform& to_world) const;
 
   const std::vector<WorldScene>& scenes_;
