@@ -20,6 +20,7 @@ struct BinaryRange {
   /// one itself.
   uint8_t left_places[WideNode::kWidth];
   float cost[WideNode::kWidth];  ///< in that many places
+  float leaf_surface;            ///< of its leaves together, on the same scale
 };
 
 }  // namespace dacrt

@@ -1,4 +1,5 @@
-// A node of the kept partition: up to eight child volumes in two cache lines.
+// A node of the kept partition: up to eight child volumes in two cache lines, in the order in which
+// rays that look for any hit visit them.
 //
 // The volumes are stored in eight bits a face, relative to the node's own box; Ylitie, Karras,
 // Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG 2017. A

@@ -99,6 +99,7 @@ class NodeBuilder {
     uint32_t children[WideNode::kWidth];
     const size_t count = ChildrenOf(ranges_.data(), range, children);
     if (number >= nodes_.size()) return false;
+    SortChildren(ranges_.data(), children, count);
     WideNode& node = nodes_[number];
     const Box* boxes[WideNode::kWidth];
     for (size_t i = 0; i < count; ++i) boxes[i] = &ranges_[children[i]].bounds;

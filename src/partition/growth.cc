@@ -128,8 +128,7 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
       subset_count_(other.subset_count_.load()),
-      lost_bytes_(other.lost_bytes_.load()),
-      goes_backwards_(other.goes_backwards_.load()) {
+      lost_bytes_(other.lost_bytes_.load()) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();
   std::byte* const begin = memory_.data();
   const auto copy = [](const void* from, std::size_t bytes, std::byte* to) {

@@ -279,13 +279,6 @@ class KeptPartition {
   void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
-  /// Whether single any-hit rays should visit the children of a node from the last one on, as far
-  /// as threads have learnt (see trace/child_order.h). No answer depends on it.
-  bool goes_backwards() const { return goes_backwards_.load(std::memory_order_relaxed); }
-  void SetGoesBackwards(bool goes) {
-    if (goes != goes_backwards()) goes_backwards_.store(goes, std::memory_order_relaxed);
-  }
-
   /// Bytes that are in use, of those that the budget allows.
   std::size_t BytesUsed() const;
   std::size_t BytesReserved() const { return memory_.bytes(); }
@@ -327,7 +320,6 @@ class KeptPartition {
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
   std::array<std::atomic<uint64_t>, 32> free_{};  ///< a NodeRun each, or 0
-  std::atomic<bool> goes_backwards_{false};
 };
 
 }  // namespace dacrt

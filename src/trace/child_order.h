@@ -14,28 +14,29 @@
 
 namespace dacrt {
 
-enum class ChildOrder : uint8_t { kAsStored, kNearestFirst, kFarthestFirst, kBackwards };
+/// As stored: see SortChildren in partition/choose_nodes-inl.h. Single rays always go so: distances
+/// would have to be stored.
+enum class ChildOrder : uint8_t { kAsStored, kNearestFirst, kFarthestFirst };
 
 class LearntOrder {
  public:
-  static constexpr uint32_t kMostOrders = 3;
+  static constexpr uint32_t kOrders = 3;
 
-  /// Each of some orders gets `trials` of every `period` batches; at first of fewer, since batches
+  /// Each of the orders gets `trials` of every `period` batches; at first of fewer, since batches
   /// for which nodes are made cost something else than those that follow.
-  template <uint32_t kCount>
-  constexpr LearntOrder(uint32_t trials, uint32_t period, const ChildOrder (&orders)[kCount])
-      : count_(kCount), trial_end_(kCount * trials), most_(period), period_(2 * trial_end_) {
-    std::copy_n(orders, kCount, orders_);
-  }
+  constexpr LearntOrder(uint32_t trials, uint32_t period)
+      : trial_end_(kOrders * trials), most_(period), period_(2 * trial_end_) {}
 
-  ChildOrder best() const { return orders_[best_]; }
+  ChildOrder best() const { return static_cast<ChildOrder>(best_); }
 
   /// For the next batch.
-  ChildOrder Next() const { return orders_[IsTrial() ? done_ % count_ : best_]; }
+  ChildOrder Next() const {
+    return IsTrial() ? static_cast<ChildOrder>(done_ % kOrders) : best();
+  }
 
   /// What that batch has cost.
   void Count(uint64_t cost) {
-    if (IsTrial()) costs_[done_ % count_] += cost;
+    if (IsTrial()) costs_[done_ % kOrders] += cost;
     if (++done_ == trial_end_) Decide();
     if (done_ < period_) return;
     done_ = 0;
@@ -47,34 +48,25 @@ class LearntOrder {
 
   void Decide() {
     best_ = 0;
-    for (uint32_t i = 1; i < count_; ++i) {
+    for (uint32_t i = 1; i < kOrders; ++i) {
       if (costs_[i] < costs_[best_]) best_ = i;
     }
     // What was seen before counts half as much the next time.
     for (uint64_t& cost : costs_) cost /= 2;
   }
 
-  ChildOrder orders_[kMostOrders] = {};
-  uint32_t count_;
   uint32_t trial_end_;
   uint32_t most_;
   uint32_t period_;  ///< the next time, up to that
   uint32_t done_ = 0;
-  uint64_t costs_[kMostOrders] = {};
+  uint64_t costs_[kOrders] = {};
   uint32_t best_ = 0;
 };
 
-/// What lists and groups may choose from; single rays, for which distances would have to be stored;
-/// the simplest first.
-inline constexpr ChildOrder kOrdersOfMany[] = {ChildOrder::kAsStored, ChildOrder::kNearestFirst,
-                                               ChildOrder::kFarthestFirst};
-inline constexpr ChildOrder kOrdersOfLone[] = {ChildOrder::kAsStored, ChildOrder::kBackwards};
-
 /// What a thread has learnt about a scene.
 struct LearntOrders {
-  LearntOrder of_groups{8, 2048, kOrdersOfMany};  ///< costs are visits
-  LearntOrder of_pieces{1, 64, kOrdersOfMany};    ///< costs are box tests a ray
-  LearntOrder of_lone{32, 64, kOrdersOfLone};     ///< of some rays; costs are visits
+  LearntOrder of_groups{8, 2048};  ///< costs are visits
+  LearntOrder of_pieces{1, 64};    ///< costs are box tests a ray
 };
 
 /// Those of the calling thread for a scene that it asks for by an address: calls are often smaller

@@ -10,6 +10,7 @@
 
 #include <limits>
 
+#include "geometry/sort_eight-inl.h"
 #include "trace/enter_children-inl.h"
 #include "trace/policy.h"
 
@@ -21,7 +22,6 @@ namespace HWY_NAMESPACE {
 /// counts as if it lay behind all that the ray enters.
 HWY_INLINE void OrderChildren(const ChildPlanes& planes, const RayRecord* rays,
                               const RayNumber* list, size_t count, uint8_t* order) {
-  HWY_ALIGN float keys[WideNode::kWidth];
   EightPart sum[kParts];
   for (size_t part = 0; part < kParts; ++part) sum[part] = hn::Zero(kEightTag);
   const size_t samples = policy::SampleRays(count);
@@ -39,27 +39,8 @@ HWY_INLINE void OrderChildren(const ChildPlanes& planes, const RayRecord* rays,
       sum[part] = hn::Add(sum[part], hn::IfThenElse(misses, far, entry));
     }
   }
-  // The rank of each child is the number of those before it; equal ones by their place.
-  for (size_t part = 0; part < kParts; ++part) {
-    hn::Store(sum[part], kEightTag, keys + part * kPartLanes);
-  }
-  HWY_ALIGN int32_t ranks[WideNode::kWidth];
-  const hn::RebindToSigned<EightTag> di;
-  for (size_t part = 0; part < kParts; ++part) {
-    const auto own = hn::Iota(di, static_cast<int32_t>(part * kPartLanes));
-    auto rank = hn::Zero(di);
-    for (size_t other = 0; other < WideNode::kWidth; ++other) {
-      const EightPart key = hn::Set(kEightTag, keys[other]);
-      const auto place = hn::Set(di, static_cast<int32_t>(other));
-      const auto before =
-          hn::Or(hn::RebindMask(di, hn::Lt(key, sum[part])),
-                 hn::And(hn::RebindMask(di, hn::Eq(key, sum[part])), hn::Lt(place, own)));
-      rank = hn::Sub(rank, hn::VecFromMask(di, before));
-    }
-    hn::Store(rank, di, ranks + part * kPartLanes);
-  }
-  for (size_t i = 0; i < WideNode::kWidth; ++i) order[i] = static_cast<uint8_t>(i);
-  for (size_t i = 0; i < WideNode::kWidth; ++i) order[ranks[i] & 7] = static_cast<uint8_t>(i);
+  // Of children in which all of them begin the last one comes first (see SortChildren).
+  SortEight(sum, order);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -99,11 +99,6 @@ class LoneTracer {
   template <Asks kAsks>
   HWY_INLINE void Trace() {
     OpenChildren open;
-    LearntOrder* learnt = nullptr;
-    if (kQuery == Query::kAny && !scene_.is_small) {
-      open.goes_backwards = scene_.kept->goes_backwards();
-      if (HWY_UNLIKELY(IsToLearnFrom())) learnt = BeginToLearn(open);
-    }
     ChildWord child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
     // where there is something to ask, and begins anew behind it.
@@ -111,27 +106,6 @@ class LoneTracer {
       const Host<kAsks> host{*this};
       if (HWY_LIKELY(WalkOne<kQuery>(partition_, ray_, child, open, host))) break;
     } while (Ask(child, open));
-    if constexpr (kQuery == Query::kAny) {
-      if (HWY_UNLIKELY(learnt != nullptr)) Learn(*learnt, open);
-    }
-  }
-
-  /// One ray in a hundred or so, by its bits: to look up what the thread has learnt would cost each
-  /// as much as a node.
-  HWY_INLINE bool IsToLearnFrom() const {
-    const uint32_t bits = std::bit_cast<uint32_t>(ray_.org[0]) ^
-                          std::bit_cast<uint32_t>(ray_.dir[0]) ^
-                          std::bit_cast<uint32_t>(ray_.dir[1]);
-    return bits * 0x9E3779B1u < (1u << 25);
-  }
-  HWY_NOINLINE LearntOrder* BeginToLearn(OpenChildren& open) const {
-    LearntOrder& learnt = LearntOrdersOf(scene_.kept.get()).of_lone;
-    open.goes_backwards = learnt.Next() == ChildOrder::kBackwards;
-    return &learnt;
-  }
-  HWY_NOINLINE void Learn(LearntOrder& learnt, const OpenChildren& open) const {
-    learnt.Count(open.visits);
-    scene_.kept->SetGoesBackwards(learnt.best() == ChildOrder::kBackwards);
   }
 
   template <Asks kAsks>

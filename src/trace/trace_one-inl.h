@@ -8,6 +8,7 @@
 #define DACRT_TRACE_TRACE_ONE_INL_H_
 #endif
 
+#include "trace/child_guesses.h"
 #include "trace/compress_table.h"
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
@@ -35,8 +36,6 @@ struct OpenChildren {
   float distance[kMost];
   uint32_t word[kMost];
   size_t count = 0;
-  uint32_t visits = 0;          ///< where any hit will do, of children
-  bool goes_backwards = false;  ///< there, from the last of a node's children on
 
   /// The one of the children that are entered, of which there is one, to which a ray goes first;
   /// the others are open then.
@@ -74,7 +73,6 @@ struct OpenChildren {
   /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
   template <Query kQuery>
   HWY_INLINE bool Next(float tfar, ChildWord& next) {
-    if constexpr (kQuery == Query::kAny) ++visits;
     // Where any hit will do there are no distances.
     do {
       if (count == 0) return false;
@@ -90,7 +88,7 @@ struct OpenChildren {
   }
 
  private:
-  /// The nearest, of closest hits.
+  /// The nearest, of closest hits; of several the last one.
   HWY_INLINE ChildWord Nearest(const PartitionView& partition, const WideNode& node,
                                uint32_t entered, const float* distances) {
     const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
@@ -101,7 +99,7 @@ struct OpenChildren {
     const ChildWord other = node.Child(second);
     entered &= entered - 1;
     if (HWY_LIKELY(entered == 0)) {
-      const bool swap = distances[second] < distances[first];
+      const bool swap = distances[second] <= distances[first];
       const ChildWord far = swap ? child : other;
       PrefetchChild(partition, far);
       Push(distances[swap ? first : second], far);
@@ -133,15 +131,17 @@ struct OpenChildren {
     return hn::And(hn::ShiftRight<1>(hn::PromoteTo(d, hn::Load(d16, bytes))), hn::Set(d, 7));
   }
 
-  /// The same from the farthest to the nearest; pushes their distances. By a network: Batcher,
-  /// "Sorting networks and their applications", AFIPS 1968.
+  /// The same from the farthest to the nearest, and of equally near ones to the last; pushes their
+  /// distances. By a network: Batcher, "Sorting networks and their applications", AFIPS 1968.
   HWY_INLINE ChildLanes PushSorted(uint32_t entered, const float* distances) {
     const hn::RebindToSigned<EightTag> d;
-    // Distances compare as their bits do, of which the lowest make room for the child's number.
+    // Distances compare as their bits do, of which the lowest make room for what the number of the
+    // child is less than seven.
     const auto bits = hn::BitCast(d, hn::Load(kEightTag, distances));
     const auto number = hn::Set(d, 7);
     auto keys = hn::IfThenElse(hn::RebindMask(d, MaskOf(kEightTag, entered)),
-                               hn::Or(hn::AndNot(number, bits), hn::Iota(d, 0)), hn::Set(d, -1));
+                               hn::Or(hn::AndNot(number, bits), hn::Xor(hn::Iota(d, 0), number)),
+                               hn::Set(d, -1));
     const auto sort_pairs = [&](auto with) HWY_ATTR {
       keys = hn::OddEven(hn::Min(keys, with), hn::Max(keys, with));
     };
@@ -158,23 +158,23 @@ struct OpenChildren {
     sort_fours(hn::Shuffle1032(keys));
     sort_pairs(hn::Shuffle2301(keys));
     hn::StoreU(hn::BitCast(kEightTag, hn::AndNot(number, keys)), kEightTag, distance + count);
-    return hn::BitCast(ChildTag(), hn::And(keys, number));
+    return hn::BitCast(ChildTag(), hn::AndNot(keys, number));
   }
 #endif
 
-  /// The first in the order of a walk, of any hits.
+  /// The first as they are stored, of any hits.
   HWY_INLINE ChildWord First(const PartitionView& partition, const WideNode& node,
                              uint32_t entered) {
-    ++visits;
-    for (;;) {
-      const size_t last = goes_backwards ? hwy::Num0BitsBelowLS1Bit_Nonzero32(entered)
-                                         : 31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(entered);
+    for (uint32_t rest = entered & (entered - 1); rest != 0;) {
+      const size_t last = 31 - hwy::Num0BitsAboveMS1Bit_Nonzero32(rest);
       const ChildWord child = node.Child(last);
-      entered ^= 1u << last;
-      if (entered == 0) return child;
+      rest ^= 1u << last;
       PrefetchChild(partition, child);
       word[count++] = child.bits();
     }
+    // Most often it is the first of all, where the processor is before it knows which are entered.
+    if (entered & 1) return ByBranch(node.Child(0));
+    return node.Child(hwy::Num0BitsBelowLS1Bit_Nonzero32(entered));
   }
 
   /// Sorts those from `bottom` on, of which there are a few.
@@ -230,14 +230,17 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
                         OpenChildren& open, const Host& host) {
   const LoneSlabRay slab_ray{SlabRay(ray)};
   const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
+  ChildGuesses& guesses = ChildGuesses::OfThisStack();
   for (;;) {
     if (HWY_LIKELY(child.IsInner())) {
-      WideNode& node = partition.nodes[child.number()];
+      const uint32_t number = child.number();
+      WideNode& node = partition.nodes[number];
       HWY_ALIGN float distances[WideNode::kWidth];
       const uint32_t entered = EnterAlone<kQuery>(node, slab_ray, offsets, ray.tfar, distances);
       if (entered != 0) {
         if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;
         child = open.Take<kQuery>(partition, node, entered, distances);
+        if constexpr (kQuery == Query::kClosest) child = guesses.Take(number, child);
         if (HWY_UNLIKELY(open.IsFull())) return false;
         continue;
       }

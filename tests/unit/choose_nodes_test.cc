@@ -131,6 +131,51 @@ void NodesWithoutSurfaceAreFull() {
   }
 }
 
+/// The surface of the leaves of a range together.
+double LeafSurface(const std::vector<BinaryRange>& ranges, uint32_t range) {
+  const BinaryRange& own = ranges[range];
+  if (own.IsLeaf()) return own.bounds.HalfArea();
+  return LeafSurface(ranges, own.first) + LeafSurface(ranges, own.first + 1);
+}
+
+/// The children of a node, sorted.
+std::vector<uint32_t> SortedChildren(const std::vector<BinaryRange>& ranges, uint32_t node) {
+  uint32_t children[WideNode::kWidth];
+  const size_t count = ChildrenOf(ranges.data(), node, children);
+  std::vector<uint32_t> sorted(children, children + count), as_found = sorted;
+  SortChildren(ranges.data(), sorted.data(), count);
+  EXPECT_TRUE(std::is_permutation(sorted.begin(), sorted.end(), as_found.begin()));
+  return sorted;
+}
+
+/// Large ones that hold little come first, wherever the scene lies and however large it is.
+void LargeChildrenThatHoldLittleComeFirst() {
+  Random random(74);
+  for (const float scale : {1.0f, 1e-12f, 1e12f}) {
+    for (uint32_t leaves = 2; leaves <= 60; ++leaves) {
+      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
+      for (BinaryRange& range : ranges) {
+        for (int axis = 0; axis < 3; ++axis) {
+          range.bounds.lower[axis] *= scale;
+          range.bounds.upper[axis] *= scale;
+        }
+      }
+      ChooseNodes(ranges);
+      for (uint32_t node = 0; node < ranges.size(); ++node) {
+        if (ranges[node].IsLeaf()) continue;
+        double last = 0;
+        for (const uint32_t child : SortedChildren(ranges, node)) {
+          const double surface = ranges[child].bounds.HalfArea() / ranges[0].bounds.HalfArea();
+          const double held = LeafSurface(ranges, child) / ranges[0].bounds.HalfArea();
+          const double key = held / (surface * surface);
+          EXPECT_GE(key, last * (1 - 1e-4)) << leaves << " leaves";
+          last = key;
+        }
+      }
+    }
+  }
+}
+
 /// Where surfaces, or sums of them, are infinite, there is no best choice, and still one.
 void NodesOfInfiniteSurfaceHoldAll() {
   Random random(73);
@@ -145,6 +190,9 @@ void NodesOfInfiniteSurfaceHoldAll() {
       }
       ChooseNodes(ranges);
       ExpectOrder(Nodes(ranges, 0).leaves, leaves);
+      for (uint32_t node = 0; node < ranges.size(); ++node) {
+        if (!ranges[node].IsLeaf()) SortedChildren(ranges, node);
+      }
     }
   }
 }
@@ -160,6 +208,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(ChooseNodesTest);
 HWY_EXPORT_AND_TEST_P(ChooseNodesTest, TheSurfaceIsTheLeast);
 HWY_EXPORT_AND_TEST_P(ChooseNodesTest, NodesWithoutSurfaceAreFull);
+HWY_EXPORT_AND_TEST_P(ChooseNodesTest, LargeChildrenThatHoldLittleComeFirst);
 HWY_EXPORT_AND_TEST_P(ChooseNodesTest, NodesOfInfiniteSurfaceHoldAll);
 
 }  // namespace dacrt

@@ -65,6 +65,9 @@ void AllArePushedFromTheNearestOn() {
       for (size_t i = 0; i < children.size(); ++i) {
         const float stored = open.distance[open.count - 1 - i], distance = distances[children[i]];
         ASSERT_LE(last, stored) << "not in order";
+        if (i > 0 && distance == distances[children[i - 1]]) {
+          ASSERT_LT(children[i], children[i - 1]) << "of equally near ones the last comes first";
+        }
         // It may lie a little before the child, and must not lie behind.
         ASSERT_LE(stored, distance);
         ASSERT_GE(stored, distance * (1 - 0x1p-20f));
@@ -89,6 +92,46 @@ void AllArePushedFromTheLastOn() {
     }
     ASSERT_EQ(FromTheTop(open, 1), expected);
     ASSERT_EQ(ChildWord(open.word[0]).block(), 7u);
+  }
+}
+
+/// The child that a ray takes.
+template <Query kQuery>
+size_t Take(uint32_t entered, const std::vector<float>& distances, OpenChildren& open) {
+  const WideNode node = NodeOfEight();
+  return open.Take<kQuery>(PartitionView{}, node, entered, distances.data()).block() - 100;
+}
+
+// The nearest is taken, and of equally near ones, as those in which a ray begins, the last.
+void TheNearestIsTaken() {
+  Random random(2);
+  for (uint32_t entered = 1; entered <= UINT8_MAX; ++entered) {
+    for (int round = 0; round < 20; ++round) {
+      std::vector<float> distances(WideNode::kWidth);
+      for (float& distance : distances) distance = static_cast<float>(random.Below(4));
+      size_t nearest = WideNode::kWidth;
+      for (size_t i = 0; i < WideNode::kWidth; ++i) {
+        if (!(entered >> i & 1)) continue;
+        if (nearest == WideNode::kWidth || distances[i] <= distances[nearest]) nearest = i;
+      }
+      OpenChildren open;
+      ASSERT_EQ(Take<Query::kClosest>(entered, distances, open), nearest);
+      ASSERT_EQ(open.count + 1, static_cast<size_t>(std::popcount(entered)));
+    }
+  }
+}
+
+// Where any hit will do, the children are visited as they are stored.
+void TheFirstIsTakenOfAnyHit() {
+  for (uint32_t entered = 1; entered <= UINT8_MAX; ++entered) {
+    OpenChildren open;
+    std::vector<size_t> taken = {Take<Query::kAny>(entered, {}, open)};
+    for (const size_t child : FromTheTop(open, 0)) taken.push_back(child);
+    std::vector<size_t> expected;
+    for (size_t i = 0; i < WideNode::kWidth; ++i) {
+      if (entered >> i & 1) expected.push_back(i);
+    }
+    ASSERT_EQ(taken, expected);
   }
 }
 
@@ -117,6 +160,8 @@ namespace dacrt {
 HWY_BEFORE_TEST(OpenChildrenTest);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, AllArePushedFromTheNearestOn);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, AllArePushedFromTheLastOn);
+HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheNearestIsTaken);
+HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheFirstIsTakenOfAnyHit);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheNextOneIsWithinTheRay);
 
 }  // namespace dacrt

@@ -148,12 +148,12 @@ void EveryRayGivesAnOrder() {
   }
 }
 
-// What stands at the same distance stays in its place.
-void EqualOnesKeepTheirPlaces() {
+// As where all rays begin in several children.
+void OfEqualOnesTheLastComesFirst() {
   const std::vector<Box> boxes(8, At(3));
   const std::vector<RayRecord> rays(5, RecordOf({-5, 0, 0}, {1, 0, 0}));
   const auto order = Order(Encode(boxes), rays, {0, 1, 2, 3, 4});
-  for (size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
+  for (size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], order.size() - 1 - i);
 }
 
 // The sample is spread over the list, from its first ray to its last.
@@ -189,7 +189,7 @@ HWY_BEFORE_TEST(OrderChildrenTest);
 HWY_EXPORT_AND_TEST_P(OrderChildrenTest, NearOnesComeFirst);
 HWY_EXPORT_AND_TEST_P(OrderChildrenTest, MissedOnesComeLast);
 HWY_EXPORT_AND_TEST_P(OrderChildrenTest, EveryRayGivesAnOrder);
-HWY_EXPORT_AND_TEST_P(OrderChildrenTest, EqualOnesKeepTheirPlaces);
+HWY_EXPORT_AND_TEST_P(OrderChildrenTest, OfEqualOnesTheLastComesFirst);
 HWY_EXPORT_AND_TEST_P(OrderChildrenTest, TheSampleIsSpread);
 
 }  // namespace dacrt

@@ -1,0 +1,54 @@
+// Which child a ray took last at a node, as a guess where the next one goes: rays of neighbouring
+// pixels go the same way. A processor that foresees that the guess is right is at the next node
+// long before it knows so from the distances; what is found does not depend on it.
+//
+// Lipasti, Wilkerson, Shen, "Value locality and load value prediction", ASPLOS 1996, by a branch.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/wide_node.h"
+
+namespace dacrt {
+
+/// The same word, of which no compiler knows: the branch that leads here stays one.
+inline ChildWord ByBranch(ChildWord word) {
+  uint32_t bits = word.bits();
+  asm volatile("" : "+r"(bits));
+  return ChildWord(bits);
+}
+
+class alignas(64) ChildGuesses {
+ public:
+  /// Those of the caller's thread, told by where its stack is: thread-local memory would cost a
+  /// single ray more to find. Threads that share some lose nothing but time.
+  static ChildGuesses& OfThisStack() {
+    const auto place = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) >> 16;
+    return all_[static_cast<uint32_t>(place) * 0x9E3779B1u >> (32 - kLogThreads)];
+  }
+
+  /// The child `taken` of a node, which the next ray is guessed to take.
+  ChildWord Take(uint32_t node, ChildWord taken) {
+    std::atomic<uint32_t>& last = last_[node % kNodes];
+    const ChildWord guess(last.load(std::memory_order_relaxed));
+    if (taken.bits() == guess.bits()) return ByBranch(guess);
+    last.store(taken.bits(), std::memory_order_relaxed);
+    return taken;
+  }
+
+ private:
+  static constexpr std::size_t kNodes = 256;
+  static constexpr unsigned kLogThreads = 6;
+
+  static std::array<ChildGuesses, std::size_t{1} << kLogThreads> all_;
+
+  std::array<std::atomic<uint32_t>, kNodes> last_{};
+};
+
+inline constinit std::array<ChildGuesses, std::size_t{1} << ChildGuesses::kLogThreads>
+    ChildGuesses::all_{};
+
+}  // namespace dacrt
