@@ -114,15 +114,29 @@ Geometry* Scene::FindThreadSafe(unsigned int id) const {
 
 void Scene::Commit() {
   const std::lock_guard commit_lock(commit_mutex_);
+  // What may be the last to keep something of the program's, destroyed after the lock.
+  AskedBounds asked;
+  Succession next;
   Selection selection;
-  Used dropped;  // Destroyed after the lock.
-  {
-    const std::lock_guard lock(geometries_mutex_);
+  for (bool in_place = true;;) {
+    std::unique_lock lock(geometries_mutex_);
     const Changes changes = FindChanges();
     if (!changes.need_commit) return;
     CheckComplete(changes);
-    if (Update(changes, dropped)) return;
-    selection = Select();
+    if (in_place && !changes.need_snapshot && Describe(changes, next)) {
+      if (changes.need_bounds) {
+        const uint64_t revision = revision_;
+        lock.unlock();
+        for (const dacrt::Geometry& geometry : next.descriptions) asked.Ask(geometry);
+        lock.lock();
+        in_place = revision_ == revision;  // Else geometries have come or gone meanwhile.
+        if (!in_place) continue;
+        for (dacrt::Geometry& geometry : next.descriptions) asked.Answer(geometry);
+      }
+      if (Update(changes, next)) return;
+    }
+    selection = Select(asked);
+    break;
   }
   // Without the lock: the progress monitor may call the API. Embree does not call it for an empty
   // scene either.
@@ -168,25 +182,21 @@ Scene::Changes Scene::FindChanges() {
       throw ApiError(RTC_ERROR_INVALID_OPERATION, "the geometry with geomID = ", place.first,
                      " was changed and not committed");
     }
-    changes.need_commit |= geometry.version() != attached.committed_version;
+    const Versions versions = Versions::Of(geometry);
+    changes.need_commit |= versions.version != attached.committed.version;
     if (is_enabled) {
       changes.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
-      // User geometries are asked for their bounds at every commit.
-      changes.need_snapshot |= geometry.IsUser() || (!was_visible && !attached.trace.is_known());
-    } else if (const auto* const shown = attached.trace.shown) {
-      // A hidden instance keeps the scene that it shows: only one that would be there without it.
-      const auto& scene = geometry.instanced_scene();
-      changes.need_snapshot |= !scene || shown != scene->CommittedShared().get();
+      changes.need_snapshot |= !was_visible && !attached.trace.is_known();
     }
-    if (is_enabled != was_visible || geometry.version() != attached.committed_version ||
-        geometry.description_version() != attached.committed_description ||
-        geometry.placement_version() != attached.committed_placement) {
+    // User geometries are asked for their bounds at every commit, as Embree does it.
+    const bool is_asked = is_enabled && geometry.IsUser() && attached.trace.is_known();
+    changes.need_bounds |= is_asked;
+    if (is_asked || is_enabled != was_visible || versions != attached.committed) {
       (attached.HasMovedAtMost() ? changes.moved : changes.described_anew).push_back(&place);
     }
   }
   for (auto& gone : gone_) {
     if (gone.second.is_visible) changes.gone.push_back(&gone);
-    changes.need_snapshot |= gone.second.shown != nullptr;
   }
   return changes;
 }
@@ -208,75 +218,76 @@ void Scene::CheckComplete(const Changes& changes) {
   }
 }
 
-bool Scene::Update(const Changes& changes, Used& dropped) {
-  if (changes.need_snapshot || snapshot_.use_count() > 1) return false;
+bool Scene::Describe(const Changes& changes, Succession& next) const {
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
-  std::vector<dacrt::Geometry> descriptions;
-  descriptions.reserve(changes.described_anew.size() + changes.gone.size());
-  Used used;
-  std::vector<Trace*> traces;  // Each uses the next ones of `used`.
+  next.descriptions.reserve(changes.described_anew.size() + changes.gone.size());
+  next.committed.reserve(changes.described_anew.size() + changes.moved.size());
   const auto hide = [&](unsigned int id, Trace& trace) {
-    dacrt::Geometry& description = descriptions.emplace_back();
+    dacrt::Geometry& description = next.descriptions.emplace_back();
     description.geometry_id = id;
     description.hidden = true;
-    used.resize(used.size() + trace.used_count);
-    traces.push_back(&trace);
+    next.used.resize(next.used.size() + trace.used_count);
+    next.traces.emplace_back(&trace, false);
   };
   for (Place* place : changes.described_anew) {
     auto& [id, attached] = *place;
+    next.committed.emplace_back(&attached, Versions::Of(*attached.geometry));
     if (!attached.geometry->is_enabled()) {
       if (attached.trace.is_visible) hide(id, attached.trace);
       continue;
     }
-    const std::size_t used_before = used.size();
-    descriptions.push_back(Describe(*place, context_filter, used));
-    traces.push_back(&attached.trace);
-    if (descriptions.back().primitive_count == 0) return false;
-    if (used.size() - used_before != attached.trace.used_count) return false;
+    const std::size_t used_before = next.used.size();
+    next.descriptions.push_back(Describe(*place, context_filter, next.used));
+    next.traces.emplace_back(&attached.trace, true);
+    if (next.descriptions.back().primitive_count == 0) return false;
+    if (next.used.size() - used_before != attached.trace.used_count) return false;
   }
   for (auto* gone : changes.gone) hide(gone->first, gone->second);
+  for (Place* place : changes.moved) {
+    next.committed.emplace_back(&place->second, Versions::Of(*place->second.geometry));
+  }
+  return true;
+}
+
+bool Scene::Update(const Changes& changes, Succession& next) {
+  if (snapshot_.use_count() > 1) return false;  // Instances show it.
   std::vector<Placement> placements;
   placements.reserve(changes.moved.size());
   for (const Place* place : changes.moved) {
     placements.push_back({place->first, place->second.geometry->transforms()});
   }
-  if (!snapshot_->Update(std::move(descriptions), placements, changes.always_refit)) return false;
-  auto next_used = used.begin();
-  for (const Trace* trace : traces) {
+  if (!snapshot_->Update(std::move(next.descriptions), placements, changes.always_refit)) {
+    return false;
+  }
+  auto next_used = next.used.begin();
+  for (const auto& [trace, is_visible] : next.traces) {
     next_used =
         std::swap_ranges(snapshot_->used().begin() + trace->used,
                          snapshot_->used().begin() + trace->used + trace->used_count, next_used);
+    trace->is_visible = is_visible;
   }
-  for (Place* place : changes.described_anew) SetCommitted(place->second);
-  for (Place* place : changes.moved) SetCommitted(place->second);
-  for (auto* gone : changes.gone) gone->second.is_visible = false;
-  dropped = std::move(used);
+  for (const auto& [attached, versions] : next.committed) attached->committed = versions;
   committed_revision_ = revision_;
   ++commit_count_;
   return true;
 }
 
-/// A geometry for the engine, and what that refers to. The engine keeps instanced scenes itself; to
-/// keep the instance would keep the scene that it may get next.
+/// A geometry for the engine, and what that refers to: of an instance its scene, for to keep the
+/// instance would keep the scene that it may get next.
 dacrt::Geometry Scene::Describe(const Place& place, bool context_filter, Used& used) {
   const auto& [id, attached] = place;
   dacrt::Geometry description = attached.geometry->Describe(id, context_filter);
-  if (description.primitive_count > 0 && !attached.geometry->IsInstance()) {
+  if (description.primitive_count == 0) return description;
+  if (attached.geometry->IsInstance()) {
+    used.push_back(description.instanced_scene);
+  } else {
     used.push_back(attached.geometry);  // Callbacks refer to it.
     attached.geometry->AddUsedBuffers(used);
   }
   return description;
 }
 
-void Scene::SetCommitted(Attached& attached) {
-  const Geometry& geometry = *attached.geometry;
-  attached.committed_version = geometry.version();
-  attached.committed_description = geometry.description_version();
-  attached.committed_placement = geometry.placement_version();
-  attached.trace.is_visible = geometry.is_enabled();
-}
-
-Scene::Selection Scene::Select() const {
+Scene::Selection Scene::Select(AskedBounds& asked) const {
   Selection selection;
   selection.revision = revision_;
   selection.flags = flags_;
@@ -286,16 +297,17 @@ Scene::Selection Scene::Select() const {
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
   for (const Place& place : geometries_) {
     Attached& attached = selection.attached.emplace_back(place).second;
-    SetCommitted(attached);
+    const Geometry& geometry = *attached.geometry;
+    attached.committed = Versions::Of(geometry);
+    attached.trace.is_visible = geometry.is_enabled();
+    attached.trace.is_instance = geometry.IsInstance();
     attached.trace.used = selection.used.size();
     attached.trace.used_count = 0;
-    attached.trace.shown = nullptr;
-    const Geometry& geometry = *attached.geometry;
     if (!geometry.is_enabled()) continue;
     dacrt::Geometry description = Describe(place, context_filter, selection.used);
     attached.trace.used_count = selection.used.size() - attached.trace.used;
     if (description.primitive_count == 0) continue;
-    attached.trace.shown = description.instanced_scene.get();
+    asked.Answer(description);
     selection.always_refit &= geometry.build_quality() == RTC_BUILD_QUALITY_REFIT;
     selection.geometries.push_back(std::move(description));
   }
@@ -383,10 +395,9 @@ std::shared_ptr<const dacrt::Scene> Scene::CommittedShared() const {
 bool Scene::HasInstances() const {
   const std::lock_guard lock(geometries_mutex_);
   if (!snapshot_ || !snapshot_->has_instances()) return false;
-  const auto shows = [](const auto& trace) { return trace.is_visible && trace.shown; };
   return std::ranges::any_of(geometries_,
-                             [&](const Place& place) { return shows(place.second.trace); }) ||
-         std::ranges::any_of(gone_, [&](const auto& gone) { return shows(gone.second); });
+                             [](const Place& place) { return place.second.trace.ShowsScene(); }) ||
+         std::ranges::any_of(gone_, [](const auto& gone) { return gone.second.ShowsScene(); });
 }
 
 void Scene::RefuseUncommitted() {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "asked_bounds.h"
 #include "dacrt/dacrt.h"
 #include "dacrt/mpi.h"
 #include "geometry.h"
@@ -85,25 +86,36 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// What the snapshot knows of an ID.
   struct Trace {
     bool is_visible = false;
-    const dacrt::Scene* shown = nullptr;  ///< by an instance, also while it is hidden
+    bool is_instance = false;
     std::size_t used = 0;  ///< where what it uses stands in what the snapshot keeps
     std::size_t used_count = 0;
 
     /// Whether the snapshot has it, be it hidden.
-    bool is_known() const { return shown || used_count > 0; }
+    bool is_known() const { return used_count > 0; }
+    bool ShowsScene() const { return is_visible && is_instance && is_known(); }
+  };
+
+  /// Of a geometry: see its functions of these names.
+  struct Versions {
+    static Versions Of(const Geometry& geometry) {
+      return {geometry.version(), geometry.description_version(), geometry.placement_version()};
+    }
+    bool operator==(const Versions&) const = default;
+
+    uint64_t version = 0;
+    uint64_t description = 0;
+    uint64_t placement = 0;
   };
 
   struct Attached {
     std::shared_ptr<Geometry> geometry;
-    uint64_t committed_version = 0;      ///< Geometry::version() at the last commit
-    uint64_t committed_description = 0;  ///< Geometry::description_version()
-    uint64_t committed_placement = 0;    ///< Geometry::placement_version()
+    Versions committed;  ///< those of the last commit
     Trace trace;
 
     /// Whether the snapshot shows this instance, and where it stands is all that may have changed.
     bool HasMovedAtMost() const {
-      return trace.is_visible && trace.shown && geometry->is_enabled() &&
-             geometry->description_version() == committed_description;
+      return trace.ShowsScene() && geometry->is_enabled() &&
+             geometry->description_version() == committed.description;
     }
   };
   using Place = std::pair<const unsigned int, Attached>;
@@ -112,6 +124,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   struct Changes {
     bool need_commit = false;
     bool need_snapshot = false;  ///< more than the descriptions of some geometries
+    bool need_bounds = false;    ///< of user geometries
     bool always_refit = true;    ///< all are of REFIT quality
     std::vector<Place*> described_anew;
     std::vector<Place*> moved;  ///< instances that are otherwise what they were
@@ -120,6 +133,14 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   /// Memory and objects that descriptions refer to.
   using Used = std::vector<std::shared_ptr<const void>>;
+
+  /// What the snapshot is to become in the places of what has changed.
+  struct Succession {
+    std::vector<dacrt::Geometry> descriptions;
+    std::vector<std::pair<Trace*, bool>> traces;  ///< of these, and whether they will be visible
+    Used used;  ///< by each as many as by its trace; afterwards what is not used any more
+    std::vector<std::pair<Attached*, Versions>> committed;
+  };
 
   /// What a commit is made of, as it was when the commit began.
   struct Selection {
@@ -174,18 +195,19 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// Throws RTC_ERROR_INVALID_OPERATION if an enabled geometry was changed and not committed.
   Changes FindChanges();
   static void CheckComplete(const Changes& changes);
+  /// Describes what has changed. False if another snapshot must be made.
+  bool Describe(const Changes& changes, Succession& next) const;
   /// Brings the snapshot up to date in its place. False, and nothing is done, if another one must
-  /// be made. What the old one used and the new one does not goes into `dropped`.
-  bool Update(const Changes& changes, Used& dropped);
+  /// be made.
+  bool Update(const Changes& changes, Succession& next);
   /// Keeps what the snapshot knows of a geometry that is not there any more.
   static void Remember(unsigned int id, const Trace& trace, std::map<unsigned int, Trace>& gone);
   static dacrt::Geometry Describe(const Place& place, bool context_filter, Used& used);
-  /// Says that a geometry was committed as it is.
-  static void SetCommitted(Attached& attached);
   [[noreturn]] static void RefuseUncommitted();
   /// Throws RTC_ERROR_INVALID_OPERATION as Bounds does.
   const dacrt::Scene& CommittedAsItStands() const;
-  Selection Select() const;
+  /// `asked` are bounds that need not be asked for again.
+  Selection Select(AskedBounds& asked) const;
   void Install(Selection& selection, std::shared_ptr<Snapshot> snapshot);
   void ReportProgress(double done) const;
 

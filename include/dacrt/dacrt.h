@@ -181,12 +181,14 @@ class DACRT_API Scene {
   /// The same without another scene, for a few geometries of many: those with the IDs of `changed`
   /// are from now on as described there. What it costs follows them and not the scene.
   ///
-  /// Those that are hidden (Geometry::hidden) are looked at no more, and their arrays may go; they
-  /// count in triangle_count() still, and come back by another Update.
+  /// Those that are hidden (Geometry::hidden) are looked at no more, and their arrays, callbacks
+  /// and instanced scenes may go; they count in triangle_count() still, and come back by another
+  /// Update, or others do with their IDs and counts. Instances may show other scenes than before.
   ///
   /// False, and nothing has changed, if that needs another scene: where TakeOver would not do, or
-  /// no or several geometries have such an ID, or one is a user geometry, gets or loses a filter
-  /// function, or instances another scene. Throws as the constructors do; nothing has changed then.
+  /// no or several geometries have such an ID, or one gets or loses a filter function, or is the
+  /// first to show a scene with callbacks. Bounds functions may have been called then. Throws as
+  /// the constructors do; nothing has changed then.
   ///
   /// The caller's duty: nobody may trace the scene, or one that has an instance of it, meanwhile;
   /// nor later the latter, because their bounds are those of before.

@@ -97,9 +97,8 @@ struct Geometry {
   /// 0 says nothing.
   uint64_t revision = 0;
 
-  /// Says that the geometry takes no part: no ray meets it, and nothing of it is read. With
-  /// Scene::Update all but user geometries go and come back so; the scene keeps what an instance
-  /// shows meanwhile.
+  /// Says that the geometry takes no part: no ray meets it, and nothing of it is read, called or
+  /// kept, nor what an instance shows. With Scene::Update geometries go and come back so.
   bool hidden = false;
 
   /// All but user geometries and instances: one array for each of 1 to 129 time steps. Three floats
@@ -110,7 +109,7 @@ struct Geometry {
   Array primitives;              ///< indices (uint32_t), or GridPrimitive; triangles, quads, grids
 
   uint32_t user_time_steps = 1;  ///< of user geometries
-  BoundsCallback bounds;         ///< called in Scene's constructor, by the calling thread
+  BoundsCallback bounds;         ///< called while a scene is made or updated, by that thread
   Callback intersect;            ///< for Query::kClosest; without it no ray hits
   Callback occluded;             ///< for Query::kAny; without it no ray hits
 

@@ -1,6 +1,7 @@
 #include "geometry/geometry_table.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -111,18 +112,18 @@ GeometryTable::GeometryTable(std::span<const Geometry> geometries,
     lanes_.push_back(static_cast<uint8_t>(LanesFor((*shapes_)[i].shape)));
     all_fill_one_lane_ &= lanes_.back() == 1;
     shares_ += SharesFor((*shapes_)[i].shape, shapes_->StepCount(i), shapes_->ItemCount(i));
+    masks_.push_back(MaskOf(i));
   }
   FindCommonMask();
 }
 
+uint32_t GeometryTable::MaskOf(uint32_t geometry) const {
+  const SceneParts* const scene = shapes_->InstancedScene(geometry);
+  return meshes_[geometry].mask & (scene ? scene->geometries.common_mask_ : UINT32_MAX);
+}
+
 void GeometryTable::FindCommonMask() {
-  common_mask_ = UINT32_MAX;
-  for (uint32_t i = 0; i < size(); ++i) {
-    common_mask_ &= meshes_[i].mask;
-    if (const SceneParts* scene = shapes_->InstancedScene(i)) {
-      common_mask_ &= scene->geometries.common_mask_;
-    }
-  }
+  common_mask_ = std::accumulate(masks_.begin(), masks_.end(), UINT32_MAX, std::bit_and());
 }
 
 std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
@@ -143,9 +144,9 @@ std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
 
 void GeometryTable::Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept {
   shapes_->Exchange(geometry, successor);
-  const uint32_t mask = meshes_[geometry].mask;
   meshes_[geometry] = ToMesh((*shapes_)[geometry], shapes_->ItemCount(geometry));
-  if (meshes_[geometry].mask != mask) FindCommonMask();
+  const uint32_t mask = std::exchange(masks_[geometry], MaskOf(geometry));
+  if (masks_[geometry] != mask) FindCommonMask();
 }
 
 void GeometryTable::Add(const TriangleMesh& mesh) {

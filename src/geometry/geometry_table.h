@@ -116,6 +116,8 @@ class GeometryTable {
 
  private:
   void Add(const TriangleMesh& mesh);
+  /// Bits that the masks of a geometry and of all that it shows have.
+  uint32_t MaskOf(uint32_t geometry) const;
   void FindCommonMask();
 
   // In line, and first: what rays ask of a scene that they enter is in its first cache line then.
@@ -123,6 +125,7 @@ class GeometryTable {
   std::vector<TriangleMesh> meshes_;
   std::vector<uint32_t> first_;  ///< numbers of the first triangles
   std::vector<uint8_t> lanes_;
+  std::vector<uint32_t> masks_;  ///< bits that each has, and all that it shows
   std::size_t triangle_count_ = 0;
   std::size_t shares_ = 0;
   uint32_t common_mask_ = UINT32_MAX;  ///< bits that all masks have

@@ -176,6 +176,13 @@ AffineTransform ToFirstStep(std::span<const TransformStep> transforms) {
   return Inverse(TransformAt(transforms.first(1), {}, 0));
 }
 
+/// What hidden instances show: one point, where there is nothing. It is nobody's, since what they
+/// have shown may be released.
+const SceneParts& NoScene() {
+  static const SceneParts none{GeometryTable(std::span<const TriangleMesh>()), Box{}};
+  return none;
+}
+
 }  // namespace
 
 Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust)
@@ -183,6 +190,7 @@ Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> 
   derived_.reserve(geometries_.size());
   for (uint32_t i = 0; i < geometries_.size(); ++i) {
     derived_.emplace_back(geometries_[i], scenes[i]);
+    geometries_[i].bounds = {};
     has_filters_ |= geometries_[i].closest_filter || geometries_[i].any_filter;
     has_callbacks_ |= has_filters_ || geometries_[i].shape == Shape::kUser;
   }
@@ -212,6 +220,7 @@ void Shapes::Derived::CallBoundsFunction(const Geometry& g) {
   CheckSteps(g.user_time_steps, "user_time_steps", g);
   steps = g.user_time_steps;
   if (!g.bounds.function) item_count = 0;
+  bounds.reserve(item_count * steps);
   for (uint32_t item = 0; item < item_count; ++item) {
     for (uint32_t step = 0; step < steps; ++step) {
       Bounds at_step{{1, 1, 1}, {-1, -1, -1}};
@@ -253,26 +262,21 @@ void Shapes::Derived::PlaceInstance(const Geometry& g) {
   to_instance = ToFirstStep(g.transforms);
 }
 
-std::optional<Shapes::Successor> Shapes::Hidden(uint32_t geometry) const {
+Shapes::Successor Shapes::Hidden(uint32_t geometry) const {
   // What any index of a triangle or a quad is, what any grid is made of, and any point.
   static constexpr uint32_t kNowhere[4] = {UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX};
   static_assert(sizeof(GridPrimitive) <= sizeof(kNowhere));
   Geometry hidden = geometries_[geometry];
-  if (hidden.shape == Shape::kUser) return std::nullopt;
   if (hidden.hidden) return Successor(std::move(hidden), derived_[geometry]);
   hidden.revision = 0;
   if (hidden.shape == Shape::kInstance) {
-    TransformStep far_away;
-    for (int axis = 0; axis < 3; ++axis) {
-      far_away.matrix.column[axis][axis] = 0;
-      far_away.matrix.column[3][axis] = kLargestCoordinate;
-    }
-    hidden.transforms.assign(hidden.transforms.size(), far_away);
-    Successor successor(std::move(hidden), derived_[geometry].scene);
+    hidden.instanced_scene = nullptr;
+    Successor successor(std::move(hidden), &NoScene());
     successor.geometry_.hidden = successor.derived_.is_hidden = true;
     return successor;
   }
   hidden.hidden = true;
+  hidden.intersect = hidden.occluded = {};
   hidden.primitives = {kNowhere, 0};
   hidden.vertices.assign(hidden.vertices.size(), {kNowhere, 0});
   hidden.normals.assign(hidden.normals.size(), {kNowhere, 0});
@@ -313,13 +317,21 @@ bool Shapes::CanExchange(uint32_t geometry, const Successor& successor) const {
   const auto are_alike = [](const Callback& x, const Callback& y) {
     return static_cast<bool>(x) == static_cast<bool>(y);
   };
-  return a.shape == b.shape && a.shape != Shape::kUser && a.geometry_id == b.geometry_id &&
+  return a.shape == b.shape && a.geometry_id == b.geometry_id &&
          derived_[geometry].item_count == successor.derived_.item_count &&
          derived_[geometry].steps == successor.derived_.steps &&
-         derived_[geometry].scene == successor.derived_.scene &&
          derived_[geometry].primitives.data == successor.derived_.primitives.data &&
          derived_[geometry].primitives.stride == successor.derived_.primitives.stride &&
          are_alike(a.closest_filter, b.closest_filter) && are_alike(a.any_filter, b.any_filter);
+}
+
+bool Shapes::StandAsBefore(uint32_t geometry, const Successor& successor) const {
+  const auto are_same = [](const Box& a, const Box& b) {
+    return std::equal(a.lower, a.lower + 3, b.lower) && std::equal(a.upper, a.upper + 3, b.upper);
+  };
+  return geometries_[geometry].shape == Shape::kUser && !IsHidden(geometry) &&
+         !successor.derived_.is_hidden &&
+         std::ranges::equal(derived_[geometry].bounds, successor.derived_.bounds, are_same);
 }
 
 bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_t end,

@@ -50,7 +50,8 @@ inline Bounds ToBounds(const Box& box) {
 class Shapes {
  public:
   /// `geometries` are in the order in which equal distances are decided; `scenes` are those that
-  /// instances show, null for other geometries. Calls the bounds functions of user geometries.
+  /// instances show, null for other geometries. Calls the bounds functions of user geometries, and
+  /// forgets them.
   /// Throws as Scene's constructor does.
   Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> scenes, bool robust);
 
@@ -144,7 +145,9 @@ class Shapes {
    public:
     /// Throws as Scene's constructor does.
     Successor(Geometry geometry, const SceneParts* instanced_scene)
-        : geometry_(std::move(geometry)), derived_(geometry_, instanced_scene) {}
+        : geometry_(std::move(geometry)), derived_(geometry_, instanced_scene) {
+      geometry_.bounds = {};
+    }
 
     const Geometry& geometry() const { return geometry_; }
 
@@ -157,10 +160,10 @@ class Shapes {
     Derived derived_;
   };
 
-  /// The same geometry, hidden: its indices lead nowhere, its points are not numbers, and what an
-  /// instance shows is one point far away, where rays find nothing. A box that is inside out or not
-  /// of numbers would not do: slab tests meet those. Nothing if it is a user geometry.
-  std::optional<Successor> Hidden(uint32_t geometry) const;
+  /// The same geometry, hidden: its indices lead nowhere, its points are not numbers, user
+  /// primitives have no functions, and an instance shows one point, where rays find nothing. A box
+  /// that is inside out or not of numbers would not do: slab tests meet those.
+  Successor Hidden(uint32_t geometry) const;
 
   /// Instances as they will stand, to be exchanged for how they stand. In rows, where each would
   /// have memory of its own, for there may be thousands.
@@ -190,8 +193,13 @@ class Shapes {
   /// Each instance must be there once.
   void Exchange(Places& places) noexcept;
 
-  /// Whether both may stand in one place: only where they are, and which rays meet them, differs.
+  /// Whether both may stand in one place: only where they are, which rays meet them, and what
+  /// instances show differs.
   bool CanExchange(uint32_t geometry, const Successor& successor) const;
+
+  /// Whether both are user primitives in the same places. There is no other way to know: their
+  /// bounds are asked for each time.
+  bool StandAsBefore(uint32_t geometry, const Successor& successor) const;
   void Exchange(uint32_t geometry, Successor& successor) noexcept {
     std::swap(geometries_[geometry], successor.geometry_);
     std::swap(derived_[geometry], successor.derived_);

@@ -10,6 +10,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "leaf/entering-inl.h"
 #include "leaf/finish_hit-inl.h"
@@ -52,9 +53,10 @@ inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry, const
 /// Fetches what rays begin with in the scene of an instance, all at once.
 HWY_INLINE void FetchScene(const InstanceLeaf& leaf) {
   hwy::Prefetch(leaf.all);
-  const auto* const node = reinterpret_cast<const std::byte*>(leaf.partition.nodes);
-  hwy::Prefetch(node);  // most begin with the first one
-  hwy::Prefetch(node + 64);
+  // Most begin with the first node; by its address, since what is hidden has none.
+  const auto node = reinterpret_cast<std::uintptr_t>(leaf.partition.nodes);
+  hwy::Prefetch(reinterpret_cast<const std::byte*>(node));
+  hwy::Prefetch(reinterpret_cast<const std::byte*>(node + 64));
   hwy::Prefetch(leaf.scene);
 }
 

@@ -27,31 +27,26 @@ namespace {
 Scene::Scene(std::shared_ptr<Device> device, std::span<const TriangleMesh> meshes, Keep keep) {
   if (!device) RefuseDevice();
   implementation_ = std::make_unique<Implementation>(std::move(device), GeometryTable(meshes),
-                                                     SceneOptions{.keep = keep},
-                                                     std::vector<std::shared_ptr<const Scene>>());
+                                                     SceneOptions{.keep = keep});
 }
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
              const SceneOptions& options) {
   GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
-  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
-                                                     Implementation::ScenesOf(geometries));
+  implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options);
 }
 
 Scene::Scene(std::shared_ptr<Device> device, std::span<const Geometry> geometries,
              const SceneOptions& options, const Scene& previous) {
   GeometryTable table = Implementation::MakeTable(device.get(), geometries, options.robust);
   implementation_ = std::make_unique<Implementation>(std::move(device), std::move(table), options,
-                                                     Implementation::ScenesOf(geometries),
                                                      previous.implementation_.get());
 }
 
 Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
                                       GeometryTable geometries, const SceneOptions& options,
-                                      std::vector<std::shared_ptr<const Scene>> scenes,
                                       const Implementation* previous)
     : device(std::move(shared_device)),
-      instanced(std::move(scenes)),
       parts{std::move(geometries)},
       prepared_(Engine().prepared_scenes, parts.geometries.shares()) {
   if (previous && PlanRefit(*previous, options)) {
@@ -68,12 +63,15 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
     CountTriangles();
   }
   parts.prepares_leaves = prepared_.has_room();
-  parts.has_instances = !instanced.empty();
-  parts.has_callbacks = parts.geometries.shapes().has_callbacks();
+  const Shapes& shapes = parts.geometries.shapes();
+  parts.has_callbacks = shapes.has_callbacks();
   parts.is_small = parts.triangle_count <= policy::kSmallScene;
-  for (const auto& scene : instanced) {
-    parts.has_callbacks |= scene->implementation_->parts.has_callbacks;
-    parts.is_small &= scene->implementation_->parts.is_small;
+  for (uint32_t i = 0; i < shapes.size(); ++i) {
+    const SceneParts* const scene = shapes.InstancedScene(i);
+    if (!scene) continue;
+    parts.has_instances = true;
+    parts.has_callbacks |= scene->has_callbacks;
+    parts.is_small &= scene->is_small;
   }
   // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
   if (Engine().Keeps())
@@ -86,15 +84,6 @@ GeometryTable Scene::Implementation::MakeTable(const Device* device,
   std::vector<const SceneParts*> scenes;
   for (const Geometry& geometry : geometries) scenes.push_back(PartsFor(geometry, device));
   return GeometryTable(geometries, scenes, robust);
-}
-
-std::vector<std::shared_ptr<const Scene>> Scene::Implementation::ScenesOf(
-    std::span<const Geometry> geometries) {
-  std::vector<std::shared_ptr<const Scene>> scenes;
-  for (const Geometry& geometry : geometries) {
-    if (geometry.shape == Shape::kInstance) scenes.push_back(geometry.instanced_scene);
-  }
-  return scenes;
 }
 
 const SceneParts* Scene::Implementation::PartsFor(const Geometry& geometry, const Device* device) {

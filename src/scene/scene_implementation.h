@@ -32,12 +32,10 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
  public:
   /// `previous` is null for a scene that does not come in another one's place.
   Implementation(std::shared_ptr<Device> shared_device, GeometryTable geometries,
-                 const SceneOptions& options, std::vector<std::shared_ptr<const Scene>> scenes,
-                 const Implementation* previous = nullptr);
+                 const SceneOptions& options, const Implementation* previous = nullptr);
 
   static GeometryTable MakeTable(const Device* device, std::span<const Geometry> geometries,
                                  bool robust);
-  static std::vector<std::shared_ptr<const Scene>> ScenesOf(std::span<const Geometry> geometries);
 
   Device::Implementation& Engine() const { return *device->implementation_; }
 
@@ -54,7 +52,6 @@ class __attribute__((visibility("hidden"))) Scene::Implementation {
   std::size_t CallBytes(std::size_t ray_count) const;
 
   std::shared_ptr<Device> device;
-  std::vector<std::shared_ptr<const Scene>> instanced;
   SceneParts parts;
 
  private:

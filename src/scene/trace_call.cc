@@ -124,8 +124,10 @@ std::size_t Scene::Implementation::CallBytes(std::size_t ray_count) const {
   const std::size_t bytes = Shape(plan).Bytes() * plan.workers;
   if (!parts.kept) return bytes;
   std::size_t largest = parts.triangle_count;
-  for (const auto& scene : instanced) {
-    largest = std::max(largest, scene->implementation_->parts.triangle_count);
+  const Shapes& shapes = parts.geometries.shapes();
+  for (uint32_t i = 0; i < shapes.size(); ++i) {
+    const SceneParts* const scene = shapes.InstancedScene(i);
+    if (scene) largest = std::max(largest, scene->triangle_count);
   }
   return std::max(bytes, Engine().FloorBytes(Traits())) + Engine().GridBytes(largest);
 }

@@ -35,20 +35,23 @@ bool Scene::Implementation::Update(std::vector<Geometry> changed, std::span<cons
   std::vector<Change> changes;
   changes.reserve(changed.size());
   RefitPlan plan{std::vector<bool>(geometries.size()), always_refit};
+  bool is_small = parts.is_small;
   for (Geometry& description : changed) {
     const auto geometry = geometries.Find(description.geometry_id);
     if (!geometry) return false;
     if (description.hidden) {
-      auto hidden = geometries.shapes().Hidden(*geometry);
-      if (!hidden) return false;
-      changes.push_back({*geometry, *std::move(hidden)});
+      changes.push_back({*geometry, geometries.shapes().Hidden(*geometry)});
     } else {
       const SceneParts* const scene = PartsFor(description, device.get());
+      // For calls with functions of the program's a scene reserves more when it is made.
+      if (scene && scene->has_callbacks && !parts.has_callbacks) return false;
+      if (scene) is_small &= scene->is_small;
       changes.push_back({*geometry, Shapes::Successor(std::move(description), scene)});
     }
     const Shapes::Successor& successor = changes.back().successor;
     if (!geometries.shapes().CanExchange(*geometry, successor)) return false;
-    if (IsChanged(geometries.shapes()[*geometry], successor.geometry())) {
+    if (IsChanged(geometries.shapes()[*geometry], successor.geometry()) &&
+        !geometries.shapes().StandAsBefore(*geometry, successor)) {
       plan.changed[*geometry] = true;
     }
   }
@@ -79,6 +82,7 @@ bool Scene::Implementation::Update(std::vector<Geometry> changed, std::span<cons
   }
   Engine().kernels.partition.refit(*parts.kept, geometries, plan, Engine().tasks);
   parts.bounds = parts.kept->bounds();
+  parts.is_small = is_small;
   return true;
 }
 

@@ -64,6 +64,7 @@ void TraceForgotten(const TraceTask& task, const Subset& subset, const RayNumber
 /// rays at hand. `trace(task, root)` traces them there.
 template <class Trace>
 void TraceUnkept(const TraceTask& task, const Trace& trace) {
+  if (task.scene.triangle_count == 0) return;  // a hidden instance wants no memory
   const SplitMemory::Use use(task.split_memory);
   if (!use.get()) throw std::bad_alloc();
   SubsetScratch& scratch = *use.get();

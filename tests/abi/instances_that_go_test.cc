@@ -66,6 +66,58 @@ TEST_P(InstancesThatGo, AreNotThereAndComeBackAsTheyAreByThen) {
   expect(12, 2, "something else that is disabled has its ID");
 }
 
+TEST_P(InstancesThatGo, AreDetachedAndOthersComeInTheirPlace) {
+  Session s(GetParam()());
+  const RTCScene inner = s.SceneOf(s.Triangle());
+  const RTCGeometry near = CommittedInstance(s, inner, -1), far = CommittedInstance(s, inner, 3);
+  const RTCScene scene = s.SceneOf(near);
+  s.api.rtcAttachGeometry(scene, far);
+  s.api.rtcAttachGeometry(scene, s.Triangle(5));
+  const auto expect = [&](float distance, float lower, const char* when) {
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(s.Distance(scene), distance) << when;
+    RTCBounds bounds;
+    s.api.rtcGetSceneBounds(scene, &bounds);
+    EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+  };
+  expect(9, -1, "all");
+  for (int i = 0; i < 3; ++i) {
+    s.api.rtcDetachGeometry(scene, 0);
+    expect(13, 3, "the near one is detached");
+    s.api.rtcAttachGeometryByID(scene, near, 0);
+    expect(9, -1, "it is attached again");
+  }
+  const RTCScene other = s.SceneOf(s.Triangle(1));
+  s.api.rtcDetachGeometry(scene, 0);
+  const RTCGeometry another = CommittedInstance(s, other, 0);
+  s.api.rtcAttachGeometryByID(scene, another, 0);
+  expect(11, 1, "another one comes in its place");
+  s.api.rtcAttachGeometry(other, s.Triangle(-1));
+  s.api.rtcCommitScene(other);
+  s.api.rtcCommitGeometry(another);
+  expect(9, -1, "what it shows has grown");
+  s.api.rtcDetachGeometry(scene, 0);
+  s.api.rtcDetachGeometry(scene, 1);
+  expect(15, 5, "both are detached");
+  s.api.rtcSetGeometryMask(near, 2);
+  s.api.rtcCommitGeometry(near);
+  s.api.rtcAttachGeometryByID(scene, near, 0);
+  const RTCGeometry moving = s.Own(s.api.rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE));
+  s.api.rtcSetGeometryInstancedScene(moving, inner);
+  s.api.rtcSetGeometryTimeStepCount(moving, 2);
+  s.api.rtcCommitGeometry(moving);
+  s.api.rtcAttachGeometryByID(scene, moving, 1);
+  expect(9, -1, "one with a mask, and one that moves");
+  for (const unsigned int mask : {1u, 2u}) {
+    RTCRayHit ray = RayAt(0.2f, mask);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    s.api.rtcIntersect1(scene, &context, &ray);
+    EXPECT_EQ(ray.hit.instID[0], mask == 1 ? 1u : 0u);
+  }
+}
+
 TEST_P(InstancesThatGo, ShowTheirSceneAsItIsWhenTheyComeBack) {
   Session s(GetParam()());
   const RTCScene inner = s.SceneOf(s.Triangle(3));
@@ -143,33 +195,85 @@ TEST(DropInInstancesThatGo, KeepNothingOnceTheyAreDetached) {
 }
 
 TEST(DropInInstancesThatGo, KeepNoSceneThatIsNotTheirsAnyMore) {
-  const auto held = [](RTCSceneFlags flags) {
+  const auto held = [](bool all) {
     return Held([=](Session& s, RTCScene scene, RTCScene inner, RTCGeometry instance) {
-      DisableAndCommit(s, scene, inner, instance);
+      if (all) DisableAndCommit(s, scene, inner, instance);
       CommitInner(s, scene, inner, instance);
-      s.api.rtcSetSceneFlags(scene, flags);
-      s.api.rtcCommitScene(scene);
+      if (!all) DisableAndCommit(s, scene, inner, instance);
     });
   };
-  EXPECT_EQ(held(RTC_SCENE_FLAG_NONE), held(RTC_SCENE_FLAG_DYNAMIC)) << "which is another scene";
+  EXPECT_EQ(held(true), held(false));
+}
+
+ssize_t held_now;
+
+// What they show goes with them at the commit, or when the program releases it later.
+TEST(DropInInstancesThatGo, KeepNoScene) {
+  for (const bool is_released_before : {false, true}) {
+    Session s(DropIn());
+    s.api.rtcSetDeviceMemoryMonitorFunction(
+        s.device, [](void*, ssize_t bytes, bool) { return held_now += bytes, true; }, nullptr);
+    held_now = 0;
+    const RTCScene inner = s.api.rtcNewScene(s.device);
+    s.api.rtcAttachGeometry(inner, s.Triangle());
+    s.api.rtcCommitScene(inner);
+    const ssize_t of_inner = held_now;
+    ASSERT_GT(of_inner, 0);
+    const RTCGeometry instance = s.api.rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_INSTANCE);
+    s.api.rtcSetGeometryInstancedScene(instance, inner);
+    s.api.rtcCommitGeometry(instance);
+    const RTCScene scene = s.SceneOf(s.Triangle(5));
+    s.api.rtcAttachGeometry(scene, instance);
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(s.Distance(scene), 10);
+    EXPECT_EQ(s.Distance(inner), 10);
+    const ssize_t of_all = held_now;
+    s.api.rtcDetachGeometry(scene, 1);
+    const auto release = [&] {
+      s.api.rtcReleaseGeometry(instance);
+      s.api.rtcReleaseScene(inner);
+    };
+    if (is_released_before) release();
+    EXPECT_EQ(held_now, of_all);
+    s.api.rtcCommitScene(scene);
+    if (!is_released_before) release();
+    EXPECT_LT(held_now, of_all);
+    EXPECT_EQ(s.Distance(scene), 15);
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+    s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  }
 }
 
 TEST(DropInInstancesThatGo, AskForNoMemory) {
   Session s(DropIn());
-  const RTCGeometry instance = CommittedInstance(s, s.SceneOf(s.Triangle()), 0);
+  const RTCScene inner = s.SceneOf(s.Triangle()), other = s.SceneOf(s.Triangle(1));
+  const RTCGeometry instance = CommittedInstance(s, inner, 0);
   const RTCScene scene = s.SceneOf(instance);
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   s.api.rtcCommitScene(scene);
+  const RTCGeometry another = CommittedInstance(s, other, 0);
   EXPECT_EQ(s.Distance(scene), 10);
   s.api.rtcSetDeviceMemoryMonitorFunction(
       s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
+  const auto expect = [&](float distance, const char* when) {
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(s.Distance(scene), distance) << when;
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+  };
   s.api.rtcDisableGeometry(instance);
-  s.api.rtcCommitScene(scene);
-  EXPECT_EQ(s.Distance(scene), 15);
+  expect(15, "disabled");
   s.api.rtcEnableGeometry(instance);
-  s.api.rtcCommitScene(scene);
-  EXPECT_EQ(s.Distance(scene), 10);
-  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  expect(10, "enabled");
+  s.api.rtcDetachGeometry(scene, 0);
+  expect(15, "detached");
+  s.api.rtcAttachGeometryByID(scene, instance, 0);
+  expect(10, "attached again");
+  s.api.rtcDetachGeometry(scene, 0);
+  s.api.rtcAttachGeometryByID(scene, another, 0);
+  expect(11, "another one comes in its place");
+  s.api.rtcSetGeometryInstancedScene(another, inner);
+  s.api.rtcCommitGeometry(another);
+  expect(10, "which shows another scene");
   s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
 }
 

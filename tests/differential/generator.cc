@@ -23,7 +23,11 @@ const T& Pick(Random& random, const T (&choices)[kCount]) {
 class Generator {
  public:
   Generator(uint64_t seed, const Features& features)
-      : random_(seed), scale_random_(~seed), growth_random_(seed + 1), features_(features) {}
+      : random_(seed),
+        scale_random_(~seed),
+        growth_random_(seed + 1),
+        leaving_random_(seed + 2),
+        features_(features) {}
 
   World Make(std::size_t rays) {
     extent_ = std::exp2(random_.Uniform(-2, 4));
@@ -432,6 +436,18 @@ class Generator {
     return true;
   }
 
+  /// Now and then a geometry goes or comes back instead of what was drawn.
+  void GoOrComeBack(const WorldGeometry& geometry, Change& change) {
+    if (!leaving_random_.Chance(0.3f)) return;
+    using enum Change::Kind;
+    const bool is_replaced = leaving_random_.Chance(0.3f);
+    const Change::Kind leaves = leaving_random_.Chance(0.5f) ? kDetach : kDisable;
+    change.kind = is_replaced          ? kReplace
+                  : !geometry.attached ? kAttach
+                  : !geometry.enabled  ? kEnable
+                                       : leaves;
+  }
+
   void AddChanges(std::vector<WorldScene>& scenes, Stage& stage) {
     if (Grow(scenes, stage)) return;
     const uint32_t count = 1 + random_.Below(4);
@@ -442,7 +458,8 @@ class Generator {
       if (geometries.empty()) continue;
       change.geometry = random_.Below(static_cast<uint32_t>(geometries.size()));
       const WorldGeometry& geometry = geometries[change.geometry];
-      change.kind = static_cast<Change::Kind>(random_.Below(kChangeKindCount));
+      change.kind = static_cast<Change::Kind>(random_.Below(kDrawnKinds));
+      GoOrComeBack(geometry, change);
       change.shift = RandomVector(extent_ / 2);
       change.mask = random_.Bits() | 1;
       change.closest_filter = random_.Chance(0.5f) ? RandomFilter() : FilterKind::kNone;
@@ -500,7 +517,10 @@ class Generator {
     return own_choice ? "" : "isa=avx2";
   }
 
-  Random random_, scale_random_, growth_random_;
+  /// All but kReplace, which GoOrComeBack draws: others stay what they were for a seed.
+  static constexpr uint32_t kDrawnKinds = kChangeKindCount - 1;
+
+  Random random_, scale_random_, growth_random_, leaving_random_;
   const Features& features_;
   float extent_ = 1;  ///< half of the scene's size
   Float3 center_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace dacrt::tests {
 namespace {
@@ -274,6 +275,10 @@ void PlayedWorld::Play(const Change& change) {
       return api().rtcDetachGeometry(scene.handle, description.id);
     case Change::Kind::kAttach:
       return api().rtcAttachGeometryByID(scene.handle, geometry.handle, description.id);
+    case Change::Kind::kReplace:
+      if (description.attached) api().rtcDetachGeometry(scene.handle, description.id);
+      api().rtcReleaseGeometry(std::exchange(geometry.handle, nullptr));
+      return MakeGeometry(scene, description, geometry);
     case Change::Kind::kMask:
       api().rtcSetGeometryMask(geometry.handle, change.mask);
       return api().rtcCommitGeometry(geometry.handle);

@@ -70,6 +70,8 @@ void Apply(const Change& change, std::vector<WorldScene>& scenes) {
     case Change::Kind::kAttach:
       geometry.attached = true;
       return;
+    case Change::Kind::kReplace:
+      return;
     case Change::Kind::kMask:
       geometry.mask = change.mask;
       return;

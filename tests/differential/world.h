@@ -111,6 +111,7 @@ struct Change {
     kBend,        ///< moves the vertices, neighbours nearly alike
     kScatter,     ///< moves each vertex by itself
     kSpoil,       ///< some vertices are no numbers any more; those that were none are numbers again
+    kReplace,     ///< another one, described alike, comes in its place, and this is released
   };
   Kind kind = Kind::kEnable;
   uint32_t scene = 0, geometry = 0;  ///< places, not ids
@@ -118,7 +119,7 @@ struct Change {
   uint32_t mask = 0;
   FilterKind closest_filter = FilterKind::kNone, any_filter = FilterKind::kNone;
 };
-inline constexpr uint32_t kChangeKindCount = 11;
+inline constexpr uint32_t kChangeKindCount = 12;
 
 struct Batch {
   Form form{Form::Call::kRecords};

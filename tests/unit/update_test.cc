@@ -418,6 +418,86 @@ TEST(UpdateTest, APlacementThatWouldNotDoChangesNothing) {
   ExpectSameRays(Trace(*many.scene, rays), Trace(Scene(many.device, many.all), rays), "hidden");
 }
 
+Geometry HiddenOf(const Geometry& geometry) {
+  Geometry hidden;
+  hidden.geometry_id = geometry.geometry_id;
+  hidden.hidden = true;
+  return hidden;
+}
+
+// The program may release what they have shown. Rays come to where they are, too.
+TEST(UpdateTest, HiddenInstancesKeepNothing) {
+  for (const uint64_t budget : {kDefaultBudget, uint64_t{5}}) {
+    ManyInstances many(budget);
+    const std::weak_ptr<const Scene> shown = many.shown;
+    while (many.all.size() > 1) {
+      ASSERT_TRUE(many.scene->Update({HiddenOf(many.all.back())}));
+      many.all.pop_back();
+    }
+    many.shown = nullptr;
+    EXPECT_TRUE(shown.expired());
+    many.ExpectRight("without instances");
+    const Scene fresh(many.device, many.all, SceneOptions{});
+    for (const std::size_t count : {1u, 50u, 9000u}) {
+      auto rays = MakeRays(many.random, count);
+      for (auto& ray : rays) {
+        const float at = many.random.InCube(-3, 3)[0];
+        ray.org = {at, at, at};
+        ray.dir = {1, 1, 1};
+      }
+      for (const Query query : {Query::kClosest, Query::kAny}) {
+        ExpectSameRays(Trace(*many.scene, rays, query), Trace(fresh, rays, query), "corner");
+      }
+    }
+  }
+}
+
+TEST(UpdateTest, InstancesMayShowOtherScenes) {
+  ManyInstances many;
+  std::weak_ptr<const Scene> before = many.shown;
+  many.shown = nullptr;
+  for (const float size : {0.5f, 1.1f, 0.8f}) {
+    const auto shown = many.Show(size);
+    for (std::size_t i = 1; i < many.all.size(); ++i) {
+      if (i % 2 == 1) {
+        ASSERT_TRUE(many.scene->Update({HiddenOf(many.all[i])}));
+      }
+      many.all[i].instanced_scene = shown;
+      ASSERT_TRUE(many.scene->Update({many.all[i]}));
+    }
+    EXPECT_TRUE(before.expired()) << size;
+    many.ExpectRight(std::to_string(size));
+    before = shown;
+  }
+}
+
+// Rays need not be asked for their masks before.
+TEST(UpdateTest, AnotherSceneMayHaveMasks) {
+  ManyInstances many;
+  std::vector<Geometry> masked = {TriangleView(many.inside, 3)};
+  masked[0].mask = 2;
+  const auto shown = std::make_shared<Scene>(many.device, masked, SceneOptions{});
+  for (const std::size_t i : {1u, 8u}) {
+    ASSERT_TRUE(many.scene->Update({HiddenOf(many.all[i])}));
+    many.all[i].instanced_scene = shown;
+    ASSERT_TRUE(many.scene->Update({many.all[i]}));
+  }
+  auto rays = MakeRays(many.random, 9000);
+  for (auto& ray : rays) ray.mask = 1;
+  ExpectSameRays(Trace(*many.scene, rays), Trace(Scene(many.device, many.all), rays), "masks");
+}
+
+// Calls need memory for them that was not reserved when the scene was made.
+TEST(UpdateTest, AnotherSceneMayNotBringTheFirstCallbacks) {
+  ManyInstances many;
+  std::vector<Geometry> filtered = {TriangleView(many.inside, 3)};
+  filtered[0].closest_filter.function = &AcceptAll;
+  Geometry instance = many.all[1];
+  instance.instanced_scene = std::make_shared<Scene>(many.device, filtered, SceneOptions{});
+  EXPECT_FALSE(many.scene->Update({instance}));
+  many.ExpectRight("the same");
+}
+
 // Leaves know the scenes of their instances: they went on with the old one where only that differs.
 TEST(UpdateTest, AnInstanceOfTheSameRevisionMayShowAnotherScene) {
   ManyInstances many;
