@@ -341,7 +341,8 @@ void Scene::Install(Selection& selection, std::shared_ptr<Snapshot> snapshot) {
     if (place->second.geometry == attached.geometry) {
       place->second = attached;
     } else {
-      place->second = {.geometry = place->second.geometry, .trace = attached.trace};
+      place->second = {
+          .geometry = place->second.geometry, .committed = {}, .trace = attached.trace};
     }
   }
   committed_revision_ = selection.revision;

@@ -179,8 +179,10 @@ AffineTransform ToFirstStep(std::span<const TransformStep> transforms) {
 /// What hidden instances show: one point, where there is nothing. It is nobody's, since what they
 /// have shown may be released.
 const SceneParts& NoScene() {
-  static const SceneParts none{GeometryTable(std::span<const TriangleMesh>()), Box{}};
-  return none;
+  // Never destroyed: threads may trace while a program ends.
+  static const auto* const none =
+      new SceneParts{GeometryTable(std::span<const TriangleMesh>()), Box{}};
+  return *none;
 }
 
 }  // namespace
