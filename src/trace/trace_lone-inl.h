@@ -8,8 +8,6 @@
 #define DACRT_TRACE_TRACE_LONE_INL_H_
 #endif
 
-#include <bit>
-
 #include "leaf/lone_packet-inl.h"
 #include "leaf/user.h"
 #include "trace/lone_hit-inl.h"

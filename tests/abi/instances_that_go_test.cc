@@ -16,6 +16,15 @@ RTCGeometry CommittedInstance(Session& s, RTCScene inner, float z) {
   return instance;
 }
 
+/// Commits a scene, and expects how far a ray goes, where the scene begins, and no error.
+void ExpectAtCommit(Session& s, RTCScene scene, float distance, float lower, const char* when) {
+  s.ExpectAtCommit(scene, distance, when);
+  RTCBounds bounds;
+  s.api.rtcGetSceneBounds(scene, &bounds);
+  EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+}
+
 class InstancesThatGo : public OnBothLibraries {};
 INSTANTIATE_ON_BOTH_LIBRARIES(InstancesThatGo);
 
@@ -29,12 +38,7 @@ TEST_P(InstancesThatGo, AreNotThereAndComeBackAsTheyAreByThen) {
   s.api.rtcAttachGeometry(scene, far);
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   const auto expect = [&](float distance, float lower, const char* when) {
-    s.api.rtcCommitScene(scene);
-    EXPECT_EQ(s.Distance(scene), distance) << when;
-    RTCBounds bounds;
-    s.api.rtcGetSceneBounds(scene, &bounds);
-    EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+    ExpectAtCommit(s, scene, distance, lower, when);
   };
   expect(9, -1, "all");
   s.api.rtcDisableGeometry(near);
@@ -74,12 +78,7 @@ TEST_P(InstancesThatGo, AreDetachedAndOthersComeInTheirPlace) {
   s.api.rtcAttachGeometry(scene, far);
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   const auto expect = [&](float distance, float lower, const char* when) {
-    s.api.rtcCommitScene(scene);
-    EXPECT_EQ(s.Distance(scene), distance) << when;
-    RTCBounds bounds;
-    s.api.rtcGetSceneBounds(scene, &bounds);
-    EXPECT_NEAR(bounds.lower_z, lower, 1e-4) << when;
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+    ExpectAtCommit(s, scene, distance, lower, when);
   };
   expect(9, -1, "all");
   for (int i = 0; i < 3; ++i) {
@@ -253,12 +252,9 @@ TEST(DropInInstancesThatGo, AskForNoMemory) {
   s.api.rtcCommitScene(scene);
   const RTCGeometry another = CommittedInstance(s, other, 0);
   EXPECT_EQ(s.Distance(scene), 10);
-  s.api.rtcSetDeviceMemoryMonitorFunction(
-      s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
+  s.RefuseMemory();
   const auto expect = [&](float distance, const char* when) {
-    s.api.rtcCommitScene(scene);
-    EXPECT_EQ(s.Distance(scene), distance) << when;
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+    s.ExpectAtCommit(scene, distance, when);
   };
   s.api.rtcDisableGeometry(instance);
   expect(15, "disabled");
@@ -274,7 +270,7 @@ TEST(DropInInstancesThatGo, AskForNoMemory) {
   s.api.rtcSetGeometryInstancedScene(another, inner);
   s.api.rtcCommitGeometry(another);
   expect(10, "which shows another scene");
-  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  s.GrantMemory();
 }
 
 TEST(DropInInstancesThatGo, LeaveASceneOfWhichThereMayBeInstances) {

@@ -1,5 +1,7 @@
 #include "session.h"
 
+#include <sys/types.h>
+
 namespace dacrt::tests {
 namespace {
 
@@ -79,6 +81,17 @@ float Session::Distance(RTCScene scene) {
   RTCRayHit ray = RayAt(0.2f);
   api.rtcIntersect1(scene, &context, &ray);
   return ray.ray.tfar;
+}
+
+void Session::ExpectAtCommit(RTCScene scene, float distance, const char* when) {
+  api.rtcCommitScene(scene);
+  EXPECT_EQ(Distance(scene), distance) << when;
+  EXPECT_EQ(TakeError(), RTC_ERROR_NONE) << when;
+}
+
+void Session::RefuseMemory() {
+  api.rtcSetDeviceMemoryMonitorFunction(
+      device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
 }
 
 RTCRayHit RayAt(float x, unsigned int mask) {

@@ -56,6 +56,12 @@ class Session {
   unsigned int HitGeometry(RTCScene scene, unsigned int mask = 0xFFFFFFFF);
   /// The tfar that this ray has then.
   float Distance(RTCScene scene);
+  /// Commits a scene, and expects that, and no error.
+  void ExpectAtCommit(RTCScene scene, float distance, const char* when);
+
+  /// From now on the device gets no memory.
+  void RefuseMemory();
+  void GrantMemory() { api.rtcSetDeviceMemoryMonitorFunction(device, nullptr, nullptr); }
 
   struct Mesh {
     float vertices[3][4];

@@ -1,8 +1,6 @@
 // User geometries that are disabled, detached, and come back, beside a mesh.
 #include <gtest/gtest.h>
 
-#include <sys/types.h>
-
 #include <algorithm>
 #include <memory>
 
@@ -138,12 +136,9 @@ TEST(DropInUserGeometriesThatGo, AskForNoMemoryAndKeepNothing) {
   s.api.rtcAttachGeometry(scene, s.Triangle(5));
   s.api.rtcCommitScene(scene);
   EXPECT_EQ(s.Distance(scene), 11);
-  s.api.rtcSetDeviceMemoryMonitorFunction(
-      s.device, [](void*, ssize_t bytes, bool) { return bytes <= 0; }, nullptr);
+  s.RefuseMemory();
   const auto expect = [&](float distance, const char* when) {
-    s.api.rtcCommitScene(scene);
-    EXPECT_EQ(s.Distance(scene), distance) << when;
-    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE) << when;
+    s.ExpectAtCommit(scene, distance, when);
   };
   s.api.rtcDisableGeometry(user);
   expect(15, "disabled");
@@ -172,7 +167,7 @@ TEST(DropInUserGeometriesThatGo, AskForNoMemoryAndKeepNothing) {
   Floor other{.z = 3};
   s.api.rtcAttachGeometryByID(scene, FloorAt(s, other), 0);
   expect(13, "another one");
-  s.api.rtcSetDeviceMemoryMonitorFunction(s.device, nullptr, nullptr);
+  s.GrantMemory();
 }
 
 // It is called while the scene may change: other threads attach geometries meanwhile, too.

@@ -57,6 +57,15 @@ std::vector<BinaryRange> MakePartition(Random& random, uint32_t leaves, bool is_
   return ranges;
 }
 
+void ScaleAll(std::vector<BinaryRange>& ranges, float scale) {
+  for (BinaryRange& range : ranges) {
+    for (int axis = 0; axis < 3; ++axis) {
+      range.bounds.lower[axis] *= scale;
+      range.bounds.upper[axis] *= scale;
+    }
+  }
+}
+
 /// The least surface of the nodes over a range that takes at most `places` of a node above it, by
 /// trying everything.
 double LeastSurface(const std::vector<BinaryRange>& ranges, uint32_t range, uint32_t places) {
@@ -154,12 +163,7 @@ void LargeChildrenThatHoldLittleComeFirst() {
   for (const float scale : {1.0f, 1e-12f, 1e12f}) {
     for (uint32_t leaves = 2; leaves <= 60; ++leaves) {
       std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
-      for (BinaryRange& range : ranges) {
-        for (int axis = 0; axis < 3; ++axis) {
-          range.bounds.lower[axis] *= scale;
-          range.bounds.upper[axis] *= scale;
-        }
-      }
+      ScaleAll(ranges, scale);
       ChooseNodes(ranges);
       for (uint32_t node = 0; node < ranges.size(); ++node) {
         if (ranges[node].IsLeaf()) continue;
@@ -182,12 +186,7 @@ void NodesOfInfiniteSurfaceHoldAll() {
   for (const uint32_t leaves : {2u, 8u, 9u, 64u, 500u}) {
     for (const float scale : {8e18f, 1e19f, 1e20f, 1e30f}) {
       std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
-      for (BinaryRange& range : ranges) {
-        for (int axis = 0; axis < 3; ++axis) {
-          range.bounds.lower[axis] *= scale;
-          range.bounds.upper[axis] *= scale;
-        }
-      }
+      ScaleAll(ranges, scale);
       ChooseNodes(ranges);
       ExpectOrder(Nodes(ranges, 0).leaves, leaves);
       for (uint32_t node = 0; node < ranges.size(); ++node) {
