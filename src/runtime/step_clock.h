@@ -6,20 +6,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "runtime/ticks.h"
+
 namespace dacrt {
 
-enum class Step {
-  kLoading,
-  kSampling,
-  kBinning,
-  kPartition,
-  kFiltering,
-  kDirect,
-  kStoring
-};
+enum class Step { kLoading, kSampling, kBinning, kPartition, kFiltering, kDirect, kStoring };
 
-/// Ticks spent in each step. The processor's time stamp counter costs a third of the system's
-/// clock; how long a tick is comes out at the end, from the span of the whole call in both.
+/// Ticks spent in each step. How long a tick is comes out at the end, from the span of the whole
+/// call in the system's clock, too.
 class StepClock {
  public:
   static constexpr std::size_t kSteps = 7;
@@ -27,8 +21,8 @@ class StepClock {
   /// Charges its own lifetime to a step.
   class Charge {
    public:
-    Charge(StepClock& clock, Step step) : clock_(clock), step_(step), start_(Now()) {}
-    ~Charge() { clock_.ticks_[static_cast<std::size_t>(step_)] += Now() - start_; }
+    Charge(StepClock& clock, Step step) : clock_(clock), step_(step), start_(Ticks()) {}
+    ~Charge() { clock_.ticks_[static_cast<std::size_t>(step_)] += Ticks() - start_; }
     Charge(const Charge&) = delete;
     Charge& operator=(const Charge&) = delete;
 
@@ -41,7 +35,7 @@ class StepClock {
   /// Seconds of each step, in the order of the enumeration, as of now.
   std::array<double, kSteps> Seconds() const {
     const std::chrono::duration<double> span = std::chrono::steady_clock::now() - started_;
-    const uint64_t ticks = Now() - start_;
+    const uint64_t ticks = Ticks() - start_;
     std::array<double, kSteps> seconds{};
     for (std::size_t step = 0; step < kSteps && ticks > 0; ++step) {
       seconds[step] = static_cast<double>(ticks_[step]) * span.count() / static_cast<double>(ticks);
@@ -50,17 +44,9 @@ class StepClock {
   }
 
  private:
-  static uint64_t Now() {
-#if defined(__x86_64__) || defined(__i386__)
-    return __builtin_ia32_rdtsc();
-#else
-    return static_cast<uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
-#endif
-  }
-
   std::array<uint64_t, kSteps> ticks_{};
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
-  uint64_t start_ = Now();
+  uint64_t start_ = Ticks();
 };
 
 }  // namespace dacrt

@@ -30,9 +30,7 @@ class LearntOrder {
   ChildOrder best() const { return static_cast<ChildOrder>(best_); }
 
   /// For the next batch.
-  ChildOrder Next() const {
-    return IsTrial() ? static_cast<ChildOrder>(done_ % kOrders) : best();
-  }
+  ChildOrder Next() const { return IsTrial() ? static_cast<ChildOrder>(done_ % kOrders) : best(); }
 
   /// What that batch has cost.
   void Count(uint64_t cost) {
@@ -62,15 +60,5 @@ class LearntOrder {
   uint64_t costs_[kOrders] = {};
   uint32_t best_ = 0;
 };
-
-/// What a thread has learnt about a scene.
-struct LearntOrders {
-  LearntOrder of_groups{8, 2048};  ///< costs are visits
-  LearntOrder of_pieces{1, 64};    ///< costs are box tests a ray
-};
-
-/// Those of the calling thread for a scene that it asks for by an address: calls are often smaller
-/// than what it takes to learn. It may forget, and may confuse scenes.
-LearntOrders& LearntOrdersOf(const void* scene);
 
 }  // namespace dacrt

@@ -50,21 +50,19 @@ struct GroupShares {
 inline constexpr GroupShares kClosestShares{0.73f, 0.53f}, kAnyShares{0.82f, 0.66f};
 inline constexpr std::size_t kGroupsToLearnFrom = 8;
 
-/// What rays cost in groups of 16 and in lists, in about nanoseconds: where lists cost less the
-/// next rays go by lists, if there are enough of them. Measured are 181 and 159 a primary ray of
-/// Sponza with 2.1 visits of 0.64 of the lanes, 93 and 131 with 1.7 of 0.84, 51 and 110 with 1.5 of
-/// 0.9; 132 and 83 a shadow ray with 1.9 visits of 0.67, 100 and 85 with 2.7 of 0.79, 54 and 75
-/// with 1.3 of 0.84. Of closest hits lists are taken to cost 60 more: what is guessed from some
-/// groups is wrong for many others (Sibenik, ns a primary ray: 84 without, 79 with that, 73 all in
-/// groups).
-struct WalkCosts {
-  float visit;           ///< of a group
-  float idle_lane;       ///< in such a visit: where many are, rays go alone
-  float ray_in_lists;    ///< without the nodes that it visits
-  float visit_in_lists;  ///< of a ray
-};
-inline constexpr WalkCosts kClosestCosts{46, 7, 120, 4.6f}, kAnyCosts{25, 7, 64, 0.7f};
-inline constexpr std::size_t kRestForLists = 512, kRunOfLists = 8192;
+/// Rays that go by lists at first, to see what they cost, and at most before groups are asked
+/// again. See walk_choice.h.
+inline constexpr std::size_t kFewestByLists = 512, kMostByLists = 8192;
+
+/// Samples of groups, of kGroupsToLearnFrom each, that are asked before rays go by lists again.
+inline constexpr std::size_t kSamplesOfGroups = 4;
+
+/// What is kept of costs that have been seen, from one sample of groups or some rays in lists to
+/// the next; and how much less lists are taken to cost with each sample of groups.
+inline constexpr float kKeptOfGroups = 0.75f, kKeptOfLists = 0.5f, kForgottenOfLists = 0.001f;
+
+/// Of the mean cost, what a sample counts at most.
+inline constexpr float kMostOfMean = 4;
 
 /// Lanes of a group up to which their rays are tested one by one against the triangles of a leaf
 /// side by side, instead of the triangles one by one: where rays run close together, those of the

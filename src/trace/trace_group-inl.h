@@ -17,6 +17,7 @@
 
 #include "trace/enter_group-inl.h"
 #include "trace/group_leaf-inl.h"
+#include "trace/learnt.h"
 #include "trace/policy.h"
 #include "trace/trace_few-inl.h"
 
@@ -163,7 +164,7 @@ class GroupTracer {
 /// What any-hit groups of a scene have learnt; null for closest hits, whose order is known.
 template <Query kQuery>
 HWY_INLINE LearntOrder* LearntOfGroups(const SceneParts& scene) {
-  return kQuery == Query::kAny ? &LearntOrdersOf(scene.kept.get()).of_groups : nullptr;
+  return kQuery == Query::kAny ? &LearntAbout(scene.kept.get()).order_of_groups : nullptr;
 }
 
 /// The rays of some lanes, from the root on, in the order that was learnt; which learns from them.

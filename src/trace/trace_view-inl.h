@@ -9,7 +9,9 @@
 
 #include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
+#include "runtime/ticks.h"
 #include "trace/group_hits-inl.h"
+#include "trace/learnt.h"
 #include "trace/trace_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -116,7 +118,7 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
-    LearntOrder& learnt = LearntOrdersOf(task.scene.kept.get()).of_pieces;
+    LearntOrder& learnt = LearntAbout(task.scene.kept.get()).order_of_pieces;
     task.any_hit_order = task.statistics ? learnt.Next() : learnt.best();
     const uint64_t before = task.statistics ? task.statistics->box_tests : 0;
     TraceLoaded<kQuery>(task, loaded, lists);
@@ -134,35 +136,26 @@ template <Query kQuery>
 class GroupSize {
  public:
   size_t rays() const { return rays_; }
-  /// Whether even small groups come apart so soon that lists are quicker.
-  bool AreApart() const { return are_apart_; }
 
-  void Learn(const GroupVisits& of_group) {
+  /// Whether something was learnt.
+  bool Learn(const GroupVisits& of_group) {
     visits_.count += of_group.count;
     visits_.lanes += of_group.lanes;
-    if (++groups_ < policy::kGroupsToLearnFrom) return;
-    const auto visits = static_cast<float>(visits_.count),
-               lanes = static_cast<float>(visits_.lanes);
-    const auto rays = static_cast<float>(rays_);
-    const float share = lanes / (visits * rays);
-    are_apart_ =
-        rays_ == kPacketRays && kCosts.visit * visits + kCosts.idle_lane * (visits * rays - lanes) >
-                                    kCosts.ray_in_lists * rays * static_cast<float>(groups_) +
-                                        kCosts.visit_in_lists * lanes;
+    if (++groups_ < policy::kGroupsToLearnFrom) return false;
+    const float share = static_cast<float>(visits_.lanes) /
+                        (static_cast<float>(visits_.count) * static_cast<float>(rays_));
     if (share > kShares.crowded) rays_ = HWY_MIN(2 * rays_, kMostGroupRays);
     if (share < kShares.sparse) rays_ = HWY_MAX(rays_ / 2, kPacketRays);
     visits_ = {};
     groups_ = 0;
+    return true;
   }
 
  private:
   static constexpr policy::GroupShares kShares =
       kQuery == Query::kAny ? policy::kAnyShares : policy::kClosestShares;
-  static constexpr policy::WalkCosts kCosts =
-      kQuery == Query::kAny ? policy::kAnyCosts : policy::kClosestCosts;
 
   size_t rays_ = 2 * kPacketRays;
-  bool are_apart_ = false;
   GroupVisits visits_;
   size_t groups_ = 0;
 };
@@ -196,25 +189,38 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
 }
 
 /// The same for rays that run close together, a group of neighbours at a time. Returns how many
-/// rays are done: less than all if they turn out to be quicker in lists.
+/// rays are done: less than all if `choice` says that lists are quicker.
 template <Query kQuery>
-size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists) {
+size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists,
+                     WalkChoice* choice) {
   const RecordLayout layout(*task.frame.view);
   LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
   GroupSize<kQuery> size;
-  size_t begin = 0;
-  while (begin < count) {
+  size_t timed = 0;
+  uint64_t start = choice ? Ticks() : 0;
+  for (size_t begin = 0; begin < count;) {
     const size_t rays = HWY_MIN(count - begin, size.rays());
     const auto trace = rays <= kPacketRays ? TraceNeighbours<kQuery, kPacketRays>
                                            : TraceNeighbours<kQuery, kMostGroupRays>;
-    for (size_t i = begin + rays; i < HWY_MIN(count, begin + 2 * rays); ++i) {
-      layout.Prefetch(task.frame.first + i);
-    }
-    size.Learn(trace(task, layout, begin, rays, callers, lists, learnt));
+    const bool has_learnt = size.Learn(trace(task, layout, begin, rays, callers, lists, learnt));
     begin += rays;
-    if (size.AreApart() && !task.scene.is_small && count - begin >= policy::kRestForLists) break;
+    if (!choice || !has_learnt) continue;
+    const uint64_t now = Ticks();
+    choice->CountGroups(begin - timed, now - start, size.rays() == kPacketRays);
+    timed = begin;
+    start = now;
+    if (choice->rays_by_lists() > 0 && count - begin >= policy::kFewestByLists) return begin;
   }
-  return begin;
+  return count;
+}
+
+/// What a thread has learnt about rays of a call that run close together; null if they go by groups
+/// in any case.
+template <Query kQuery>
+WalkChoice* WalkChoiceFor(const SceneParts& scene, size_t count) {
+  if (scene.is_small || count < policy::kFewestByLists) return nullptr;
+  Learnt& learnt = LearntAbout(scene.kept.get());
+  return kQuery == Query::kAny ? &learnt.walk_of_any : &learnt.walk_of_closest;
 }
 
 /// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack, where
@@ -228,8 +234,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
   const bool are_coherent =
       scene.is_small ||
       (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
-  const size_t most_in_lists = are_coherent ? policy::kRunOfLists : count;
-  bool by_groups = are_coherent;
+  WalkChoice* const choice = are_coherent ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
   for (size_t done = 0; done < count;) {
     CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
@@ -246,15 +251,17 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                    view.instance_value,
                    callers};
     const size_t left = count - done;
-    if (by_groups) {
-      done += TraceByGroups<kQuery>(task, left, callers, lists);
-    } else {
-      const size_t next = HWY_MIN(left, most_in_lists);
-      if (tags && scene.has_callbacks) frame.KeepTags(next, tags);
-      TraceByLists<kQuery>(task, next, rays, callers, lists);
-      done += next;
+    size_t by_lists = are_coherent ? 0 : count;
+    if (choice && left >= policy::kFewestByLists) by_lists = HWY_MIN(left, choice->rays_by_lists());
+    if (by_lists == 0) {
+      done += TraceByGroups<kQuery>(task, left, callers, lists, choice);
+      continue;
     }
-    by_groups = are_coherent && !by_groups;
+    if (tags && scene.has_callbacks) frame.KeepTags(by_lists, tags);
+    const uint64_t start = choice ? Ticks() : 0;
+    TraceByLists<kQuery>(task, by_lists, rays, callers, lists);
+    if (choice) choice->CountLists(by_lists, Ticks() - start);
+    done += by_lists;
   }
 }
 

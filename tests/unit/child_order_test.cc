@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <thread>
 #include <vector>
 
 namespace dacrt {
@@ -69,19 +68,6 @@ TEST(ChildOrderTest, TheFirstTrialIsSoonForgotten) {
   EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
   Learn(learnt, then, 200);
   EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
-}
-
-TEST(ChildOrderTest, EachThreadLearnsOfEachScene) {
-  alignas(1024) static char scenes[1024];
-  const uint64_t costs[] = {9, 9, 3};
-  Learn(LearntOrdersOf(&scenes[0]).of_pieces, costs, 10);
-  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kFarthestFirst);
-  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_groups.best(), ChildOrder::kAsStored);
-  EXPECT_EQ(LearntOrdersOf(&scenes[512]).of_pieces.best(), ChildOrder::kAsStored);
-  EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kFarthestFirst);
-  std::thread([&] {
-    EXPECT_EQ(LearntOrdersOf(&scenes[0]).of_pieces.best(), ChildOrder::kAsStored);
-  }).join();
 }
 
 }  // namespace
