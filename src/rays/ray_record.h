@@ -40,7 +40,7 @@ struct alignas(64) RayRecord {
 
   /// A bit for each axis on which the direction is negative.
   uint32_t Octant() const {
-    const auto sign = [&](int axis) { return std::bit_cast<uint32_t>(reciprocal[axis]) >> 31; };
+    const auto sign = [&](int axis) { return std::bit_cast<uint32_t>(dir[axis]) >> 31; };
     return sign(0) | sign(1) << 1 | sign(2) << 2;
   }
 };
