@@ -7,6 +7,7 @@
 #define DACRT_LEAF_ENTERING_INL_H_
 #endif
 
+#include "geometry/corner-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_names.h"
 #include "leaf/take_hit.h"
@@ -42,6 +43,28 @@ HWY_INLINE uint32_t EnterItems(const LeafBlock& block, const RayRecord& ray, flo
     hn::Store(interval.entry, kEightTag, entry + part * kPartLanes);
   }
   return entered & ((1u << block.lanes) - 1);
+}
+
+/// Whether a ray enters the bounds of the only item of such a block, of which both corners stand
+/// together: by the operations of EnterItems, the axes side by side.
+HWY_INLINE bool EntersOnlyItem(const LeafBlock& block, const RayRecord& ray) {
+#if HWY_TARGET != HWY_SCALAR
+  const auto org = hn::Load(kCornerTag, ray.org), reciprocal = hn::Load(kCornerTag, ray.reciprocal);
+  const auto plane = [&](CornerPart corner)
+                         HWY_ATTR { return hn::Mul(hn::Sub(corner, org), reciprocal); };
+  const auto t0 = plane(WidenDown(hn::LoadU(kCornerTag, block.bounds_data())));
+  const auto t1 = plane(WidenUp(hn::LoadU(kCornerTag, block.bounds_data() + 3)));
+  const auto near = hn::Min(t0, t1), far = hn::Max(t0, t1);
+  SlabsOf<CornerPart> slabs;
+  slabs.entry = hn::Max(hn::Max(near, hn::Broadcast<1>(near)), hn::Broadcast<2>(near));
+  slabs.exit = hn::Min(hn::Min(far, hn::Broadcast<1>(far)), hn::Broadcast<2>(far));
+  const auto enters =
+      Enters(slabs.Interval(), hn::Set(kCornerTag, ray.tnear), hn::Set(kCornerTag, ray.tfar));
+  return (Bits(kCornerTag, enters) & 1) != 0;
+#else
+  HWY_ALIGN float entry[kLeafLanes];
+  return EnterItems(block, ray, entry) != 0;
+#endif
 }
 
 /// Calls `function(ray)` for the rays of a list that enter the bounds of the item in a lane, and

@@ -111,6 +111,10 @@ struct alignas(4) LeafBlock {
 
   /// Facets that do not move, and nothing else in the leaf: what most leaves are.
   bool IsPlain() const { return kind == LeafKind::kFacets && is_last && !is_timed; }
+  /// User primitives or an instance that do not move, and nothing else.
+  bool HoldsItems() const {
+    return (kind == LeafKind::kUser || kind == LeafKind::kInstances) && is_last && !is_timed;
+  }
 
   uint32_t PlaceOf(std::size_t lane) const { return first + (items >> (4 * lane) & 15); }
 };

@@ -24,9 +24,8 @@ namespace HWY_NAMESPACE {
 
 class LonePacket {
  public:
-  /// `record` is the caller's; `ray` is the same, in an instance as it is there. The hit's t is
-  /// where the ray ends.
-  HWY_INLINE LonePacket(const RayPacket& caller, const RayRecord& ray, const FullHit& hit) {
+  /// `record` is the caller's; `ray` is the same, in an instance as it is there. Without a hit.
+  HWY_INLINE LonePacket(const RayPacket& caller, const RayRecord& ray) {
     using enum PacketComponent;
     const auto* const record = static_cast<const float*>(caller.values);
     // What stands behind the coordinates, tnear and time, is the caller's.
@@ -38,7 +37,19 @@ class LonePacket {
     if (HWY_UNLIKELY(!caller.has_masks)) {
       memset(&values_[static_cast<size_t>(kMask)], 0xFF, sizeof(float));
     }
-    WriteRecordAtOnce(hit, values_);
+  }
+
+  /// A hit, and its distance, that was just computed.
+  HWY_INLINE void SetHit(const FullHit& hit) { WriteRecordAtOnce(hit, values_); }
+  /// A hit that stands in memory, of a ray that ends at `tfar`.
+  HWY_INLINE void CopyHit(const FullHit& hit, float tfar) {
+    values_[static_cast<size_t>(PacketComponent::kTfar)] = tfar;
+    memcpy(hit_values(), &hit, kHitBytes);
+  }
+  /// Whether that is, to the bit, what it still has.
+  HWY_INLINE bool HasStill(const FullHit& hit, float ray_tfar) const {
+    const float now = tfar();
+    return memcmp(&now, &ray_tfar, sizeof(now)) == 0 && memcmp(hit_values(), &hit, kHitBytes) == 0;
   }
 
   HWY_INLINE CallbackArguments Arguments(Query query, uint32_t geometry_id, uint32_t primitive_id,
@@ -47,11 +58,18 @@ class LonePacket {
   }
 
   bool is_valid() const { return valid_ != 0; }
+  float tfar() const { return values_[static_cast<size_t>(PacketComponent::kTfar)]; }
 
   /// The hit as it is now. Value by value: a function may have written some of them.
   HWY_INLINE FullHit Hit() const { return RecordLayout::ReadHit(values_, 1, 0); }
 
  private:
+  /// Of a hit without its distance, which a record has with the ray.
+  static constexpr size_t kHitBytes = offsetof(FullHit, t);
+
+  float* hit_values() { return values_ + static_cast<size_t>(PacketComponent::kNgX); }
+  const float* hit_values() const { return values_ + static_cast<size_t>(PacketComponent::kNgX); }
+
   HWY_INLINE void PutVector(const float* record, const float* xyz, PacketComponent first) {
     const auto place = static_cast<size_t>(first);
 #if HWY_TARGET != HWY_SCALAR

@@ -52,6 +52,12 @@ class LoneHit {
     geometry_ = geometry;
   }
 
+  /// The same to be looked at in its place; computed once.
+  HWY_INLINE const FullHit& Full() {
+    if (block_ != nullptr) Set(OfLane(lane_), geometry());
+    return hit_;
+  }
+
   HWY_INLINE FullHit Get() const { return HWY_LIKELY(block_ != nullptr) ? OfLane(lane_) : hit_; }
 
   /// Writes it to a record that the caller will look at at once. What was just computed goes from

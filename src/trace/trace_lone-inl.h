@@ -113,16 +113,19 @@ class LoneTracer {
     return TestFacets<kAsks>(*block);
   }
 
-  /// Solves what the walk has left, be it that there is something to ask or another kind of leaf.
-  /// Then `child` is the next open one; false if there is none.
+  /// Solves what the walk has left, be it that there is something to ask or another kind of leaf,
+  /// and such leaves that come next. Then `child` is the next open one; false if there is none.
   HWY_NOINLINE bool Ask(ChildWord& child, OpenChildren& open) {
-    const WalkStep step = AskLeaf(child);
-    if (step == WalkStep::kStop) return false;
-    if (step == WalkStep::kLeave) {
-      ResumeAsTask(child, open);
-      return false;
-    }
-    return open.Next<kQuery>(ray_.tfar, child);
+    do {
+      const WalkStep step = AskLeaf(child);
+      if (step == WalkStep::kStop) return false;
+      if (step == WalkStep::kLeave) {
+        ResumeAsTask(child, open);
+        return false;
+      }
+      if (!open.Next<kQuery>(ray_.tfar, child)) return false;
+    } while (child.IsBlock() && partition_.FirstBlock(child)->HoldsItems());
+    return true;
   }
 
   template <Asks kAsks>
@@ -249,7 +252,8 @@ class LoneTracer {
   }
 
   HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
-    LonePacket packet(call_.packet, ray_, hit);
+    LonePacket packet(call_.packet, ray_);
+    packet.SetHit(hit);
     filter(packet.Arguments(kQuery, hit.geometry_id, hit.primitive_id, instance_id_,
                             call_.options.call));
     if (!packet.is_valid()) return false;
@@ -261,19 +265,22 @@ class LoneTracer {
     // The walk has tested all of the leaf, if it is one part.
     if (kParts == 1 && !call_.candidates.is_empty()) return TakeAsking();
     call_.candidates.Clear();
-    return TestRow(child);
+    if (!child.IsBlock()) return WalkStep::kLeave;
+    const LeafBlock* const block = partition_.FirstBlock(child);
+    return HWY_LIKELY(block->HoldsItems()) ? TestItems(*block) : TestRow(block);
   }
 
-  /// Any leaf; kLeave, and nothing was done, where only a task can be asked.
-  HWY_INLINE WalkStep TestRow(ChildWord leaf) {
-    if (!leaf.IsBlock()) return WalkStep::kLeave;
-    const LeafBlock* const first = partition_.FirstBlock(leaf);
+  /// The blocks of a leaf, whatever they hold; kLeave, and nothing was done, where only a task can
+  /// be asked. Apart, so that the common way stays short.
+  HWY_NOINLINE WalkStep TestRow(const LeafBlock* first) {
     for (const LeafBlock* block = first;; block = block->Next()) {
       if (block->is_timed || !IsKnown(block->kind)) return WalkStep::kLeave;
       if (block->is_last) break;
     }
     for (const LeafBlock* block = first;; block = block->Next()) {
-      if (TestBlock(*block) == WalkStep::kStop) return WalkStep::kStop;
+      const bool has_facets = block->kind == LeafKind::kFacets;
+      const WalkStep step = has_facets ? TestFacets<Asks::kAtOnce>(*block) : TestItems(*block);
+      if (step == WalkStep::kStop) return WalkStep::kStop;
       if (block->is_last) return WalkStep::kNext;
     }
   }
@@ -282,23 +289,29 @@ class LoneTracer {
     return kind == LeafKind::kFacets || kind == LeafKind::kUser || kind == LeafKind::kInstances;
   }
 
-  HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
-    if (block.kind == LeafKind::kFacets) return TestFacets<Asks::kAtOnce>(block);
+  HWY_INLINE WalkStep TestItems(const LeafBlock& block) {
+    if (HWY_LIKELY(block.lanes == 1)) {
+      return EntersOnlyItem(block, ray_) ? TestItem(block, 0) : WalkStep::kNext;
+    }
     HWY_ALIGN float entry[kLeafLanes];
     for (uint32_t entered = EnterItems(block, ray_, entry); entered != 0;) {
       const size_t lane = NearestLane(entered, entry);
       entered &= ~(1u << lane);
       if (!(entry[lane] <= ray_.tfar)) break;
-      const GeometryTable::Name item = NameOfLane(scene_.geometries, partition_.order, block, lane);
-      if (!Accepts(item.geometry)) continue;
-      if (block.kind == LeafKind::kUser) {
-        CallUserFunction(item);
-      } else {
-        EnterInstance(item.geometry);
-      }
-      if (kQuery == Query::kAny && ray_.tfar < 0) return WalkStep::kStop;
+      if (TestItem(block, lane) == WalkStep::kStop) return WalkStep::kStop;
     }
     return WalkStep::kNext;
+  }
+
+  HWY_INLINE WalkStep TestItem(const LeafBlock& block, size_t lane) {
+    const GeometryTable::Name item = NameOfLane(scene_.geometries, partition_.order, block, lane);
+    if (!Accepts(item.geometry)) return WalkStep::kNext;
+    if (block.kind == LeafKind::kUser) {
+      CallUserFunction(item);
+    } else {
+      EnterInstance(item.geometry);
+    }
+    return kQuery == Query::kAny && ray_.tfar < 0 ? WalkStep::kStop : WalkStep::kNext;
   }
 
   HWY_INLINE void CallUserFunction(const GeometryTable::Name& item) {
@@ -306,17 +319,17 @@ class LoneTracer {
     const Callback& function = UserFunctionOf(kQuery, user);
     if (!function) return;
     const bool has_hit = kQuery == Query::kClosest && (ray_.state & RayRecord::kHasHit);
-    FullHit before = has_hit ? call_.hit.Get() : kNoHit;
-    before.t = ray_.tfar;
-    LonePacket packet(call_.packet, ray_, before);
+    const FullHit& before = has_hit ? call_.hit.Full() : kNoHit;
+    LonePacket packet(call_.packet, ray_);
+    packet.CopyHit(before, ray_.tfar);
     function(packet.Arguments(kQuery, user.geometry_id, item.primitive, instance_id_,
                               call_.options.call));
-    const FullHit now = packet.Hit();
     if constexpr (kQuery == Query::kAny) {
-      if (now.t < 0) ray_.tfar = now.t;
+      if (packet.tfar() < 0) ray_.tfar = packet.tfar();
       return;
     }
-    if (HWY_LIKELY(IsSame(now, before))) return;
+    if (HWY_LIKELY(packet.HasStill(before, ray_.tfar))) return;
+    const FullHit now = packet.Hit();
     ray_.state = RayRecord::kHasHit;
     ray_.tfar = std::min(ray_.tfar, now.t);
     call_.hit.Set(now, item.geometry);
