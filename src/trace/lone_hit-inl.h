@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 /// Of some lanes, of which there is one, that with the least distance.
 HWY_INLINE size_t NearestLane(uint64_t lanes, const float* distances) {
   size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-  ForEachLane(lanes, [&](size_t lane) {
+  ForEachLane(lanes & (lanes - 1), [&](size_t lane) {
     if (distances[lane] < distances[nearest]) nearest = lane;
   });
   return nearest;

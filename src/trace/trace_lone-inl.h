@@ -161,7 +161,7 @@ class LoneTracer {
     const FacetCrossing crossing =
         CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners.Again());
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
-    if constexpr (kAsks != Asks::kNobody) {
+    if (kAsks == Asks::kAtOnce || (kAsks == Asks::kOthers && HasToAsk(block))) {
       call_.candidates.Keep(scene_, instance_id_, block, part, crossing, triangles);
       return kAsks == Asks::kAtOnce ? TakeAsking() : WalkStep::kLeave;
     }
@@ -186,6 +186,12 @@ class LoneTracer {
     SetHit(ray_, nearest, 0, 0);
     call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles);
     return WalkStep::kNext;
+  }
+
+  /// Whether there is anything to ask but distances where a block is hit.
+  HWY_INLINE bool HasToAsk(const LeafBlock& block) const {
+    return call_.checks_masks || block.geometry == LeafBlock::kSeveral ||
+           FilterOf<kQuery>(scene_.geometries.shapes()[block.geometry]);
   }
 
   /// Whether a hit at `key`, which is not below `nearest`, may be taken all the same.
