@@ -111,6 +111,47 @@ TEST_P(UserFunctionRays, SeeTheHitSoFar) {
   }
 }
 
+/// Expects a ray alone, with the hit of a triangle that crosses the bounds of the wall, and changes
+/// nothing but where in the triangle that is.
+void MoveHit(const RTCIntersectFunctionNArguments* args) {
+  auto& record = *reinterpret_cast<RTCRayHit*>(args->rayhit);
+  EXPECT_EQ(args->N, 1u);
+  EXPECT_FLOAT_EQ(record.ray.tfar, 17.2f);
+  EXPECT_EQ(record.hit.geomID, 0u);
+  EXPECT_FLOAT_EQ(record.hit.u, 0.2f);
+  record.hit.u = 2;
+  ++*static_cast<unsigned int*>(args->geometryUserPtr);
+}
+
+TEST_P(UserFunctionRays, MayChangeTheHitOfATriangleWhereItIs) {
+  Session s(GetParam()());
+  const RTCGeometry triangle = s.UncommittedTriangle(30);
+  static_cast<float*>(s.api.rtcGetGeometryBufferData(triangle, RTC_BUFFER_TYPE_VERTEX, 0))[2] = -8;
+  s.api.rtcCommitGeometry(triangle);
+  unsigned int count = 0;
+  const RTCGeometry wall = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
+  s.api.rtcSetGeometryUserPrimitiveCount(wall, 1);
+  s.api.rtcSetGeometryUserData(wall, &count);
+  s.api.rtcSetGeometryBoundsFunction(wall, BoundWall, nullptr);
+  s.api.rtcSetGeometryIntersectFunction(wall, MoveHit);
+  s.api.rtcCommitGeometry(wall);
+  const RTCScene scene = s.NewScene();
+  for (const RTCGeometry geometry : {triangle, wall}) s.api.rtcAttachGeometry(scene, geometry);
+  s.api.rtcCommitScene(scene);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  // More than once: a scene is not in its leaves before rays have come.
+  constexpr unsigned int kCalls = 10;
+  for (unsigned int call = 0; call < kCalls; ++call) {
+    RTCRayHit record = RayAt(0.2f);
+    s.api.rtcIntersect1(scene, &context, &record);
+    EXPECT_EQ(record.hit.geomID, 0u);
+    EXPECT_EQ(record.hit.u, 2);
+    EXPECT_FLOAT_EQ(record.ray.tfar, 17.2f);
+  }
+  EXPECT_EQ(count, kCalls);
+}
+
 /// The user data of a geometry whose functions trace their rays in another scene, or once more in
 /// the same.
 struct Tracer {
