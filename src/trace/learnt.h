@@ -7,8 +7,8 @@
 namespace dacrt {
 
 struct Learnt {
-  LearntOrder order_of_groups{8, 2048};  ///< costs are visits
-  LearntOrder order_of_pieces{1, 64};    ///< costs are box tests a ray
+  LearntOrder order_of_groups{8, 2048};         ///< costs are visits
+  LearntOrder order_of_rays{1 << 15, 1 << 22};  ///< of those in lists; costs are ticks
   WalkChoice walk_of_closest, walk_of_any;
 };
 

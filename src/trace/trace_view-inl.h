@@ -118,11 +118,11 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
-    LearntOrder& learnt = LearntAbout(task.scene.kept.get()).order_of_pieces;
+    LearntOrder& learnt = LearntAbout(task.scene.kept.get()).order_of_rays;
     task.any_hit_order = task.statistics ? learnt.Next() : learnt.best();
-    const uint64_t before = task.statistics ? task.statistics->box_tests : 0;
+    const uint64_t start = task.statistics ? Ticks() : 0;
     TraceLoaded<kQuery>(task, loaded, lists);
-    if (task.statistics) learnt.Count((task.statistics->box_tests - before) / loaded.count);
+    if (task.statistics) learnt.Count(Ticks() - start, static_cast<uint32_t>(loaded.count));
   } else {
     TraceLoaded<kQuery>(task, loaded, lists);
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 namespace dacrt {
@@ -30,10 +31,11 @@ TEST(ChildOrderTest, TheCheapestOrderIsTaken) {
     constexpr std::ptrdiff_t kTrial = LearntOrder::kOrders * kTrials;
     LearntOrder learnt(kTrials, kPeriod);
     const auto orders = Learn(learnt, costs, 200);
-    // From one trial to the next it is twice as long, up to the period.
-    auto begin = orders.begin();
+    // At first as stored; from one trial to the next it is twice as long, up to the period.
+    auto begin = orders.begin() + kTrial;
+    EXPECT_EQ(std::count(orders.begin(), begin, ChildOrder::kAsStored), kTrial);
     for (const std::ptrdiff_t period :
-         {2 * kTrial, std::min<std::ptrdiff_t>(4 * kTrial, kPeriod), std::ptrdiff_t{kPeriod}}) {
+         {std::min<std::ptrdiff_t>(4 * kTrial, kPeriod), std::ptrdiff_t{kPeriod}}) {
       const auto decided = begin + kTrial, end = begin + period;
       for (const ChildOrder order : kOrders) EXPECT_EQ(std::count(begin, decided, order), kTrials);
       EXPECT_EQ(std::count(decided, end, cheapest), end - decided);
@@ -61,13 +63,31 @@ TEST(ChildOrderTest, WhatWasLearntIsForgotten) {
 }
 
 // While nodes are made, batches cost something else than those that follow.
-TEST(ChildOrderTest, TheFirstTrialIsSoonForgotten) {
+TEST(ChildOrderTest, TheFirstBatchesSayNothing) {
   LearntOrder learnt(2, 2048);
   const uint64_t at_first[] = {30, 10, 40}, then[] = {8, 9, 9};
   Learn(learnt, at_first, 6);
-  EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
-  Learn(learnt, then, 200);
   EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
+  for (int trial = 0; trial < 2; ++trial) {
+    Learn(learnt, then, 6);
+    EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
+  }
+}
+
+// Large batches need fewer trials, and are compared by what each part of them cost.
+TEST(ChildOrderTest, BatchesCountAsTheyAreLarge) {
+  constexpr uint32_t kTrials = 8;
+  LearntOrder learnt(kTrials, 2048);
+  learnt.Count(1, LearntOrder::kOrders * kTrials);
+  const uint32_t sizes[] = {20, 30, 40};
+  const uint64_t costs[] = {8, 6, 7};
+  for (std::size_t i = 0; i < std::size(sizes); ++i) {
+    EXPECT_EQ(learnt.Next(), static_cast<ChildOrder>(i));
+    EXPECT_EQ(learnt.best(), ChildOrder::kAsStored);
+    learnt.Count(costs[i] * sizes[i], sizes[i]);
+  }
+  EXPECT_EQ(learnt.best(), ChildOrder::kNearestFirst);
+  EXPECT_EQ(learnt.Next(), ChildOrder::kNearestFirst);
 }
 
 }  // namespace

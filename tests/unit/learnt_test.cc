@@ -11,18 +11,18 @@ namespace {
 /// Makes an order other than the first one the best.
 void Learn(LearntOrder& learnt) {
   const uint64_t costs[] = {9, 9, 3};
-  for (int i = 0; i < 10; ++i) learnt.Count(costs[static_cast<uint8_t>(learnt.Next())]);
+  for (int i = 0; i < 10; ++i) learnt.Count(costs[static_cast<uint8_t>(learnt.Next())], 1 << 16);
 }
 
 TEST(LearntTest, EachThreadLearnsOfEachScene) {
   alignas(1024) static char scenes[1024];
-  Learn(LearntAbout(&scenes[0]).order_of_pieces);
-  EXPECT_EQ(LearntAbout(&scenes[0]).order_of_pieces.best(), ChildOrder::kFarthestFirst);
+  Learn(LearntAbout(&scenes[0]).order_of_rays);
+  EXPECT_EQ(LearntAbout(&scenes[0]).order_of_rays.best(), ChildOrder::kFarthestFirst);
   EXPECT_EQ(LearntAbout(&scenes[0]).order_of_groups.best(), ChildOrder::kAsStored);
-  EXPECT_EQ(LearntAbout(&scenes[512]).order_of_pieces.best(), ChildOrder::kAsStored);
-  EXPECT_EQ(LearntAbout(&scenes[0]).order_of_pieces.best(), ChildOrder::kFarthestFirst);
+  EXPECT_EQ(LearntAbout(&scenes[512]).order_of_rays.best(), ChildOrder::kAsStored);
+  EXPECT_EQ(LearntAbout(&scenes[0]).order_of_rays.best(), ChildOrder::kFarthestFirst);
   std::thread([&] {
-    EXPECT_EQ(LearntAbout(&scenes[0]).order_of_pieces.best(), ChildOrder::kAsStored);
+    EXPECT_EQ(LearntAbout(&scenes[0]).order_of_rays.best(), ChildOrder::kAsStored);
   }).join();
 }
 
