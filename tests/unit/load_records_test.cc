@@ -258,15 +258,6 @@ void HitsGoToTheirRays() {
   }
 }
 
-/// Distances are sorted by their bits: none may be -0.
-void ARayThatBeginsAtMinusZeroBeginsAtZero() {
-  // Origin and tnear, direction and time, tfar, mask.
-  const float record[12] = {1, 2, 3, -0.0f, 1, 1, 1, 0, kInfinity};
-  RayRecord ray;
-  ASSERT_TRUE(LoadRecord(record, false, ray));
-  EXPECT_TRUE(SameFloat(ray.start, 0.0f));
-}
-
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
@@ -281,7 +272,6 @@ HWY_EXPORT_AND_TEST_P(LoadRecordsTest, AbsentComponentsHaveTheirDefaults);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ComponentsMayStandAnywhere);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, SumsThatOverflow);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, HitsGoToTheirRays);
-HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ARayThatBeginsAtMinusZeroBeginsAtZero);
 
 }  // namespace dacrt
 #endif  // HWY_ONCE
