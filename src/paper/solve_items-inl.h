@@ -31,7 +31,7 @@ inline void MakeRecord(const PaperTask& task, size_t slot, RayRecord& ray, FullH
     ray.dir[axis] = batch.dir[axis][slot];
   }
   ray.tnear = batch.tnear[slot];
-  ray.start = std::max(ray.tnear, 0.0f);
+  ray.start = RayRecord::StartOf(ray.tnear);
   ray.tfar = batch.tfar[slot];
   ray.mask = batch.ray_masks ? batch.ray_masks[index] : UINT32_MAX;
   ray.time = task.frame.Time(index);

@@ -46,7 +46,7 @@ HWY_INLINE bool IsActive(const RayRecord& ray) {
 
 /// What is derived from the values that were read. An inactive ray gets a negative tfar.
 HWY_INLINE bool FinishRecord(RayRecord& ray) {
-  ray.start = HWY_MAX(ray.tnear, 0.0f);
+  ray.start = RayRecord::StartOf(ray.tnear);
   ray.state = RayRecord::kAtLimit;
   if (HWY_UNLIKELY(!IsActive(ray))) {
     ray.tfar = -1;
@@ -76,7 +76,7 @@ HWY_INLINE bool LoadRecord(const float* record, bool has_mask, RayRecord& ray) {
   hn::Store(SafeReciprocal(dir), kCornerTag, ray.reciprocal);
   hn::Store(dir, kCornerTag, ray.dir);
   ray.tnear = value(kTnear);
-  ray.start = HWY_MAX(ray.tnear, 0.0f);
+  ray.start = RayRecord::StartOf(ray.tnear);
   ray.tfar = value(kTfar);
   ray.mask = UINT32_MAX;
   if (has_mask) memcpy(&ray.mask, record + static_cast<size_t>(kMask), sizeof(ray.mask));

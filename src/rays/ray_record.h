@@ -13,7 +13,7 @@ namespace dacrt {
 
 struct alignas(64) RayRecord {
   float org[3];
-  float start;          ///< max(tnear, 0): where the slab test begins
+  float start;          ///< where the slab test begins, see StartOf
   float reciprocal[3];  ///< of dir, see SafeReciprocal
   float tfar;           ///< shrinks as hits are found; -infinity once an any-hit ray is blocked
   float dir[3];
@@ -37,6 +37,10 @@ struct alignas(64) RayRecord {
   /// leaf is or the full hit stands.
   static constexpr uint32_t kOfOuter = 16;
   static constexpr uint32_t kLaneShift = 8;
+
+  /// Where the slab test begins: tnear, but not before the origin. Never -0, which by its bits, by
+  /// which distances are compared, is less than all others.
+  static constexpr float StartOf(float tnear) { return tnear > 0 ? tnear : 0; }
 
   /// A bit for each axis on which the direction is negative.
   uint32_t Octant() const {

@@ -94,8 +94,8 @@ struct LoneSlabRay {
 
  private:
   /// As whole numbers distances compare as they do as they are, and sooner, unless two of them are
-  /// negative. Entries are not less than the start, which is not; which of several negative exits
-  /// it is does not matter.
+  /// negative. Entries are not less than the start, which is not (see RayRecord::StartOf); which of
+  /// several negative exits it is does not matter.
   static HWY_INLINE hn::Vec<hn::RebindToSigned<EightTag>> AsNumber(EightPart distance) {
     return hn::BitCast(hn::RebindToSigned<EightTag>(), distance);
   }

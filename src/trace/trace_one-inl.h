@@ -91,6 +91,7 @@ struct OpenChildren {
   /// The nearest, of closest hits; of several the last one.
   HWY_INLINE ChildWord Nearest(const PartitionView& partition, const WideNode& node,
                                uint32_t entered, const float* distances) {
+    const uint32_t all = entered;
     const size_t first = hwy::Num0BitsBelowLS1Bit_Nonzero32(entered);
     const ChildWord child = node.Child(first);
     entered &= entered - 1;
@@ -107,15 +108,8 @@ struct OpenChildren {
     }
     PrefetchChild(partition, other);
     PrefetchChild(partition, child);
-    const size_t bottom = count;
-    Push(distances[first], child);
-    Push(distances[second], other);
-    ForEachLane(entered, [&](size_t i) {
-      const ChildWord next = node.Child(i);
-      PrefetchChild(partition, next);
-      Push(distances[i], next);
-    });
-    Sort(bottom);
+    ForEachLane(entered, [&](size_t i) { PrefetchChild(partition, node.Child(i)); });
+    PushAll<Query::kClosest>(node, all, distances);
     return ChildWord(word[--count]);
   }
 

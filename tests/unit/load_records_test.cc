@@ -258,6 +258,14 @@ void HitsGoToTheirRays() {
   }
 }
 
+void ARayThatBeginsAtMinusZeroBeginsAtZero() {
+  // Origin and tnear, direction and time, tfar.
+  const float record[12] = {1, 2, 3, -0.0f, 1, 1, 1, 0, kInfinity};
+  RayRecord ray;
+  ASSERT_TRUE(LoadRecord(record, false, ray));
+  EXPECT_TRUE(SameFloat(ray.start, 0));
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
@@ -272,6 +280,7 @@ HWY_EXPORT_AND_TEST_P(LoadRecordsTest, AbsentComponentsHaveTheirDefaults);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ComponentsMayStandAnywhere);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, SumsThatOverflow);
 HWY_EXPORT_AND_TEST_P(LoadRecordsTest, HitsGoToTheirRays);
+HWY_EXPORT_AND_TEST_P(LoadRecordsTest, ARayThatBeginsAtMinusZeroBeginsAtZero);
 
 }  // namespace dacrt
 #endif  // HWY_ONCE
