@@ -83,18 +83,23 @@ void HitWall(const RTCIntersectFunctionNArguments* args) {
   }
 }
 
+/// A user primitive with such bounds.
+RTCGeometry WallOf(Session& s, void* user_data, RTCIntersectFunctionN function) {
+  const RTCGeometry wall = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
+  s.api.rtcSetGeometryUserPrimitiveCount(wall, 1);
+  s.api.rtcSetGeometryUserData(wall, user_data);
+  s.api.rtcSetGeometryBoundsFunction(wall, BoundWall, nullptr);
+  s.api.rtcSetGeometryIntersectFunction(wall, function);
+  s.api.rtcCommitGeometry(wall);
+  return wall;
+}
+
 TEST_P(UserFunctionRays, SeeTheHitSoFar) {
   Session s(GetParam()(), "threads=1");
   Walls walls;
   const RTCScene scene = s.NewScene();
   for (int i = 0; i < 2; ++i) {
-    const RTCGeometry wall = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
-    s.api.rtcSetGeometryUserPrimitiveCount(wall, 1);
-    s.api.rtcSetGeometryUserData(wall, &walls);
-    s.api.rtcSetGeometryBoundsFunction(wall, BoundWall, nullptr);
-    s.api.rtcSetGeometryIntersectFunction(wall, HitWall);
-    s.api.rtcCommitGeometry(wall);
-    s.api.rtcAttachGeometry(scene, wall);
+    s.api.rtcAttachGeometry(scene, WallOf(s, &walls, HitWall));
   }
   s.api.rtcCommitScene(scene);
   std::mt19937 random(1);
@@ -129,12 +134,7 @@ TEST_P(UserFunctionRays, MayChangeTheHitOfATriangleWhereItIs) {
   static_cast<float*>(s.api.rtcGetGeometryBufferData(triangle, RTC_BUFFER_TYPE_VERTEX, 0))[2] = -8;
   s.api.rtcCommitGeometry(triangle);
   unsigned int count = 0;
-  const RTCGeometry wall = UncommittedModel(s, RTC_GEOMETRY_TYPE_USER);
-  s.api.rtcSetGeometryUserPrimitiveCount(wall, 1);
-  s.api.rtcSetGeometryUserData(wall, &count);
-  s.api.rtcSetGeometryBoundsFunction(wall, BoundWall, nullptr);
-  s.api.rtcSetGeometryIntersectFunction(wall, MoveHit);
-  s.api.rtcCommitGeometry(wall);
+  const RTCGeometry wall = WallOf(s, &count, MoveHit);
   const RTCScene scene = s.NewScene();
   for (const RTCGeometry geometry : {triangle, wall}) s.api.rtcAttachGeometry(scene, geometry);
   s.api.rtcCommitScene(scene);
