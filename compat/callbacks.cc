@@ -145,9 +145,9 @@ void SetCallbacks(Geometry& geometry, bool context_filter, dacrt::Geometry& desc
     return;
   }
   if (geometry.type() == RTC_GEOMETRY_TYPE_INSTANCE) return;
-  if (!callbacks.closest_filter && !callbacks.any_filter && !context_filter) return;
   const Callback filter{context_filter ? Filter<true> : Filter<false>, &geometry};
-  description.closest_filter = description.any_filter = filter;
+  if (callbacks.closest_filter || context_filter) description.closest_filter = filter;
+  if (callbacks.any_filter || context_filter) description.any_filter = filter;
 }
 
 void FilterFromUserFunction(const RTCIntersectFunctionNArguments& args,

@@ -193,8 +193,9 @@ Shapes::Shapes(std::vector<Geometry> geometries, std::vector<const SceneParts*> 
   for (uint32_t i = 0; i < geometries_.size(); ++i) {
     derived_.emplace_back(geometries_[i], scenes[i]);
     geometries_[i].bounds = {};
-    has_filters_ |= geometries_[i].closest_filter || geometries_[i].any_filter;
-    has_callbacks_ |= has_filters_ || geometries_[i].shape == Shape::kUser;
+    has_closest_filters_ |= static_cast<bool>(geometries_[i].closest_filter);
+    has_any_filters_ |= static_cast<bool>(geometries_[i].any_filter);
+    has_user_primitives_ |= geometries_[i].shape == Shape::kUser;
   }
 }
 

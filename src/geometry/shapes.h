@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "dacrt/geometry.h"
+#include "dacrt/settings.h"
 #include "geometry/box.h"
 
 namespace dacrt {
@@ -115,8 +116,13 @@ class Shapes {
   AffineTransform ToInstance(uint32_t geometry, float time) const;
 
   /// Whether a call needs callbacks; those of instanced scenes are not looked at.
-  bool has_callbacks() const { return has_callbacks_; }
-  bool has_filters() const { return has_filters_; }
+  bool has_callbacks() const {
+    return has_closest_filters_ || has_any_filters_ || has_user_primitives_;
+  }
+  /// Whether hits that a query finds may have to be shown to a filter function.
+  bool has_filters(Query query) const {
+    return query == Query::kAny ? has_any_filters_ : has_closest_filters_;
+  }
 
  private:
   /// What is known of a geometry beside its description.
@@ -214,8 +220,9 @@ class Shapes {
   std::vector<Geometry> geometries_;
   std::vector<Derived> derived_;
   bool robust_;
-  bool has_callbacks_ = false;
-  bool has_filters_ = false;
+  bool has_user_primitives_ = false;
+  bool has_closest_filters_ = false;
+  bool has_any_filters_ = false;
 };
 
 }  // namespace dacrt

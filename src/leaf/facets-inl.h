@@ -91,7 +91,7 @@ class FacetTest {
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
-    if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
+    if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
       hwy::Prefetch(task_.partition.order + block_.first);  // for names, which will be asked
     }
     if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
@@ -205,7 +205,7 @@ class FacetTest {
                                const TestTrianglesOf<EightPart>& triangles, size_t part,
                                const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
-    if (!kInLeaf || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters())) {
+    if (!kInLeaf || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);

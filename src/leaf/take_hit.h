@@ -82,7 +82,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
   found.t = candidate.t;
   if constexpr (kQuery == Query::kAny) {
     if (!candidate.within_limit || ray.tfar < 0) return;
-    if (shapes.has_filters()) {
+    if (shapes.has_filters(kQuery)) {
       const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
       if (filter && !PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;
     }
@@ -93,7 +93,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
     if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.geometry))
       return;
     float key = candidate.key;
-    if (shapes.has_filters()) {
+    if (shapes.has_filters(kQuery)) {
       const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
       if (filter) {
         if (!PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;

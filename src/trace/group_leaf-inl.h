@@ -25,7 +25,7 @@ class GroupLeafTest {
         items_(rays),
         tests_in_lanes_(task_.keeps_leaf_hits && !task_.checks_masks &&
                         !task_.scene.geometries.shapes().robust()),
-        has_filters_(task_.scene.geometries.shapes().has_filters()) {}
+        has_filters_(task_.scene.geometries.shapes().has_filters(kQuery)) {}
 
   /// `enter` says of boxes which of them rays may enter (see enter_group-inl.h).
   template <class Enter>

@@ -68,7 +68,7 @@ class LoneTracer {
     // Packets that callbacks see may be of more than one lane.
     const bool calls_back_alone = !scene_.has_callbacks || call_.options.callback_width == 1;
     if (HWY_UNLIKELY(!scene_.kept || !calls_back_alone)) return TraceAsTask();
-    if (call_.checks_masks || scene_.geometries.shapes().has_filters()) return TraceAsking();
+    if (call_.checks_masks || scene_.geometries.shapes().has_filters(kQuery)) return TraceAsking();
     Trace<Asks::kNobody>();
   }
   HWY_NOINLINE void TraceApart() { Trace(); }
@@ -212,7 +212,7 @@ class LoneTracer {
   /// Offers the ray the candidates, where names, masks or filter functions decide.
   HWY_INLINE WalkStep TakeAsking() {
     LoneCandidates& candidates = call_.candidates;
-    const bool has_filters = scene_.geometries.shapes().has_filters();
+    const bool has_filters = scene_.geometries.shapes().has_filters(kQuery);
     while (!candidates.is_empty()) {
       // Near ones first, because a filter function may end the ray, and counts what it sees.
       const size_t lane = has_filters ? candidates.TakeNearest() : candidates.TakeAny();

@@ -127,15 +127,20 @@ TEST_F(Filters, MayShortenTheRay) {
 }
 
 TEST_F(Filters, OfGeometriesAreForOneKindOfQuery) {
-  for (const Query filtered : {Query::kClosest, Query::kAny}) {
-    for (Tower* const tower : {&real, &ours}) tower->SetFilters(filtered);
-    ForEachCall([&](const Form& form, Query query) {
+  for (const bool is_committed : {false, true}) {
+    for (const Query filtered : {Query::kClosest, Query::kAny}) {
       for (Tower* const tower : {&real, &ours}) {
-        const Outcome outcome = TraceTower(*tower, form, query, Reject);
-        EXPECT_EQ(outcome.offers.empty(), query != filtered);
-        EXPECT_EQ(AreSame(outcome.rays[0], RowOfRays(form)[0]), query == filtered);
+        tower->SetFilters(filtered);
+        if (is_committed) tower->Commit();
       }
-    });
+      ForEachCall([&](const Form& form, Query query) {
+        for (Tower* const tower : {&real, &ours}) {
+          const Outcome outcome = TraceTower(*tower, form, query, Reject);
+          EXPECT_EQ(outcome.offers.empty(), query != filtered);
+          EXPECT_EQ(AreSame(outcome.rays[0], RowOfRays(form)[0]), query == filtered);
+        }
+      });
+    }
   }
 }
 
@@ -186,18 +191,24 @@ TEST_F(Filters, OfStreamsNeverSeeOneRayAlone) {
   }
 }
 
-// Where the real library stops the program.
-TEST(DropInFilters, FirstOnesWaitForACommitOfTheGeometry) {
-  Session s(DropIn());
-  const RTCGeometry geometry = s.Triangle();
-  const RTCScene scene = s.SceneOf(geometry);
-  s.api.rtcSetGeometryIntersectFilterFunction(
-      geometry,
-      [](const RTCFilterFunctionNArguments* args) { std::fill_n(args->valid, args->N, 0); });
-  EXPECT_EQ(s.HitGeometry(scene), 0u);
-  s.api.rtcCommitGeometry(geometry);
-  s.api.rtcCommitScene(scene);
-  EXPECT_EQ(s.HitGeometry(scene), RTC_INVALID_GEOMETRY_ID);
+// Where the real library stops the program, or, if the other query had one, asks the new one.
+TEST(DropInFilters, FirstOnesOfAQueryWaitForACommitOfTheGeometry) {
+  const RTCFilterFunctionN reject = [](const RTCFilterFunctionNArguments* args) {
+    std::fill_n(args->valid, args->N, 0);
+  };
+  for (const bool other_has_one : {false, true}) {
+    SCOPED_TRACE(other_has_one);
+    Session s(DropIn());
+    const RTCGeometry geometry = s.UncommittedTriangle();
+    if (other_has_one) s.api.rtcSetGeometryOccludedFilterFunction(geometry, reject);
+    s.api.rtcCommitGeometry(geometry);
+    const RTCScene scene = s.SceneOf(geometry);
+    s.api.rtcSetGeometryIntersectFilterFunction(geometry, reject);
+    EXPECT_EQ(s.HitGeometry(scene), 0u);
+    s.api.rtcCommitGeometry(geometry);
+    s.api.rtcCommitScene(scene);
+    EXPECT_EQ(s.HitGeometry(scene), RTC_INVALID_GEOMETRY_ID);
+  }
 }
 
 class ContextFilters : public FilterTest {

@@ -52,6 +52,12 @@ class Tower {
     }
   }
 
+  void Commit() {
+    for (const RTCGeometry geometry : filtered_) s.api.rtcCommitGeometry(geometry);
+    for (const RTCScene changed : {inner_, scene}) s.api.rtcCommitScene(changed);
+    EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+  }
+
   RTCScene SceneOfInstance() const { return inner_; }
 
   Session s;
