@@ -95,11 +95,11 @@ void AllArePushedFromTheLastOn() {
   }
 }
 
-/// The child that a ray takes.
+/// The child that a ray takes; the distances must be aligned as vectors are.
 template <Query kQuery>
-size_t Take(uint32_t entered, const std::vector<float>& distances, OpenChildren& open) {
+size_t Take(uint32_t entered, const float* distances, OpenChildren& open) {
   const WideNode node = NodeOfEight();
-  return open.Take<kQuery>(PartitionView{}, node, entered, distances.data()).block() - 100;
+  return open.Take<kQuery>(PartitionView{}, node, entered, distances).block() - 100;
 }
 
 // The nearest is taken, and of equally near ones, as those in which a ray begins, the last.
@@ -107,7 +107,7 @@ void TheNearestIsTaken() {
   Random random(2);
   for (uint32_t entered = 1; entered <= UINT8_MAX; ++entered) {
     for (int round = 0; round < 20; ++round) {
-      std::vector<float> distances(WideNode::kWidth);
+      HWY_ALIGN float distances[WideNode::kWidth];
       for (float& distance : distances) distance = static_cast<float>(random.Below(4));
       size_t nearest = WideNode::kWidth;
       for (size_t i = 0; i < WideNode::kWidth; ++i) {
@@ -125,7 +125,7 @@ void TheNearestIsTaken() {
 void TheFirstIsTakenOfAnyHit() {
   for (uint32_t entered = 1; entered <= UINT8_MAX; ++entered) {
     OpenChildren open;
-    std::vector<size_t> taken = {Take<Query::kAny>(entered, {}, open)};
+    std::vector<size_t> taken = {Take<Query::kAny>(entered, nullptr, open)};
     for (const size_t child : FromTheTop(open, 0)) taken.push_back(child);
     std::vector<size_t> expected;
     for (size_t i = 0; i < WideNode::kWidth; ++i) {
