@@ -19,8 +19,9 @@ struct GeometryCallbacks {
   RTCPointQueryFunction point_query = nullptr;
 };
 
-/// Makes the engine call the functions of `geometry`. Whether it looks for filter functions is
-/// decided now, which they are when they are called: as in Embree, where a commit chooses the code.
+/// Makes the engine call the functions of `geometry`. Whether a query looks for filter functions is
+/// decided now, which they are when they are called: as in Embree, where a commit chooses the code,
+/// if for both queries at once.
 /// CallOptions::call must be the RTCIntersectContext of the call. `context_filter` says that the
 /// context's filter function counts, too.
 void SetCallbacks(Geometry& geometry, bool context_filter, dacrt::Geometry& description);

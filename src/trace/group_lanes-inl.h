@@ -340,6 +340,7 @@ struct GroupLanes {
       is_active = hn::And(is_active, hn::RebindMask(kFloat, has_mask));
       active |= Bits(is_active) << first;
       hn::Store(hn::IfThenElse(is_active, end, hn::Set(kFloat, -1.0f)), kFloat, tfar + first);
+      // As RayRecord::StartOf: of -0 and 0 the second counts.
       hn::Store(hn::Max(begin, zero), kFloat, start + first);
       hn::Store(hn::Set(kUint, uint32_t{RayRecord::kAtLimit}), kUint, state + first);
     }
