@@ -2,8 +2,7 @@
 //
 // Method: Nabata, Iwasaki, Dobashi, Nishita, "Efficient Divide-And-Conquer Ray Tracing using Ray
 // Sampling", HPG 2013. A scene may keep what it finds out about its triangles while rays are traced
-// (Settings::budget): a bounding volume hierarchy, eight wide and quantised, that is built where
-// rays come.
+// (Settings::budget): a bounding volume hierarchy, eight wide, that is built where rays come.
 //
 //   std::vector<float> vertices = {0, 0, 0, 4, 0, 0, 0, 4, 0};
 //   std::vector<uint32_t> triangles = {0, 1, 2};
@@ -70,9 +69,9 @@ class DACRT_API Device {
   /// Bytes that a call needs beyond the caller's memory, what the scene keeps, and the stack. For T
   /// triangles and N rays, of which W of the device's D threads trace pieces of R = min(N, 65,536),
   /// or fewer where threads would otherwise have none, they are about
-  ///     with a kept partition  W (152 R + 0.8 million)
-  ///                            + 6 T + 3.4 million + 1.2 million min(D, T / 32,768)
-  ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.8 million
+  ///     with a kept partition  W (152 R + 0.9 million)
+  ///                            + 6 T + 4.5 million + 1.2 million min(D, T / 32,768)
+  ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.9 million
   /// The second line is needed only by the first calls, while large subsets are split. With a kept
   /// partition it is at least what one thread needs for a piece of 1,024 rays, which is reserved
   /// when a scene is made. Calls of up to 256 rays over a kept partition, packets and single rays

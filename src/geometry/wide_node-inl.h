@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 
 #include "geometry/box.h"
@@ -48,7 +49,8 @@ inline float NextBelow(float value) {
 /// By how much the planes of a node stand off the volumes of its children, relative to the node.
 constexpr float kPlaneMargin = 0x1p-21f;
 
-/// Faces of some children on an axis. They are widened already (see ray_box-inl.h).
+/// Faces of some children on an axis, of a node that is not exact. They are widened already (see
+/// ray_box-inl.h).
 HWY_INLINE EightPart DecodeFaces(const uint8_t* steps, EightPart origin, EightPart scale) {
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;
@@ -95,6 +97,17 @@ struct ChildPlanes {
   /// `move(origin, axis)` says from where planes are counted.
   template <class Move>
   HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets, const Move& move) {
+    if (HWY_LIKELY(node.is_exact)) {
+      const float* const faces = node.ExactFaces();
+      for (int axis = 0; axis < 3; ++axis) {
+        for (size_t part = 0; part < kParts; ++part) {
+          const size_t first = part * kPartLanes;
+          near[part][axis] = move(hn::Load(kEightTag, faces + offsets.near[axis] + first), axis);
+          far[part][axis] = move(hn::Load(kEightTag, faces + offsets.far[axis] + first), axis);
+        }
+      }
+      return;
+    }
     const uint8_t* const steps = &node.lower[0][0];
     for (int axis = 0; axis < 3; ++axis) {
       const EightPart origin = move(hn::Set(kEightTag, node.origin[axis]), axis);
@@ -134,8 +147,8 @@ struct ChildBoxes {
     }
   }
 
-  /// Sets the volumes of `node` to ones that hold `count` boxes, widened. Unused children get
-  /// volumes that are inside out.
+  /// Sets the volumes of `node`, which is exact or not, to ones that hold `count` boxes, widened.
+  /// Unused children get volumes that are inside out.
   void Encode(size_t count, WideNode& node) {
     DACRT_ASSERT(count >= 1 && count <= WideNode::kWidth);
     node.count = static_cast<uint8_t>(count);
@@ -144,28 +157,78 @@ struct ChildBoxes {
         lower[axis][i] = lower[axis][0];
         upper[axis][i] = upper[axis][0];
       }
+      Extremes all = WidenAxis(axis);
+      if (node.is_exact) {
+        StoreAxis(axis, all, node);
+      } else {
+        EncodeAxis(axis, all, node);
+      }
     }
-    for (int axis = 0; axis < 3; ++axis) EncodeAxis(axis, count, node);
+  }
+  /// To the volumes of an exact one.
+  void Encode(const ExactNode& exact, WideNode& node) {
+    node.count = exact.count;
+    memcpy(lower, exact.ExactFaces(), sizeof(lower));
+    memcpy(upper, exact.ExactFaces() + 3 * WideNode::kWidth, sizeof(upper));
+    for (int axis = 0; axis < 3; ++axis) {
+      // Those of unused children are the ends of all.
+      Extremes all = {lower[axis][0], upper[axis][0]};
+      for (size_t i = 0; i < node.count; ++i) {
+        all.lower = HWY_MIN(all.lower, lower[axis][i]);
+        all.upper = HWY_MAX(all.upper, upper[axis][i]);
+      }
+      for (size_t i = node.count; i < WideNode::kWidth; ++i) {
+        lower[axis][i] = all.lower;
+        upper[axis][i] = all.upper;
+      }
+      EncodeAxis(axis, all, node);
+    }
   }
 
  private:
-  void EncodeAxis(int axis, size_t count, WideNode& node);
+  /// Of all the boxes on an axis.
+  struct Extremes {
+    float lower, upper;
+  };
+
+  Extremes WidenAxis(int axis);
+  void StoreAxis(int axis, const Extremes& all, WideNode& node) const;
+  void EncodeAxis(int axis, const Extremes& all, WideNode& node) const;
 };
 
-inline void ChildBoxes::EncodeAxis(int axis, size_t count, WideNode& node) {
+inline ChildBoxes::Extremes ChildBoxes::WidenAxis(int axis) {
+  Extremes all = {lower[axis][0], upper[axis][0]};
+  for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
+    const auto low = WidenDown(hn::Load(kEightTag, lower[axis] + i));
+    const auto high = WidenUp(hn::Load(kEightTag, upper[axis] + i));
+    hn::Store(low, kEightTag, lower[axis] + i);
+    hn::Store(high, kEightTag, upper[axis] + i);
+    all.lower = HWY_MIN(all.lower, hn::GetLane(hn::MinOfLanes(kEightTag, low)));
+    all.upper = HWY_MAX(all.upper, hn::GetLane(hn::MaxOfLanes(kEightTag, high)));
+  }
+  return all;
+}
+
+inline void ChildBoxes::StoreAxis(int axis, const Extremes& all, WideNode& node) const {
+  float* const low_faces = node.ExactFaces() + axis * WideNode::kWidth;
+  float* const high_faces = low_faces + 3 * WideNode::kWidth;
+  for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
+    hn::Store(hn::Load(kEightTag, lower[axis] + i), kEightTag, low_faces + i);
+    hn::Store(hn::Load(kEightTag, upper[axis] + i), kEightTag, high_faces + i);
+  }
+  for (size_t i = node.count; i < WideNode::kWidth; ++i) {
+    low_faces[i] = all.upper;
+    high_faces[i] = all.lower;
+  }
+}
+
+inline void ChildBoxes::EncodeAxis(int axis, const Extremes& all, WideNode& node) const {
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;
-  float* const low_faces = lower[axis];
-  float* const high_faces = upper[axis];
-  float origin = low_faces[0], end = high_faces[0];
-  for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
-    const auto low = WidenDown(hn::Load(kEightTag, low_faces + i));
-    const auto high = WidenUp(hn::Load(kEightTag, high_faces + i));
-    hn::Store(low, kEightTag, low_faces + i);
-    hn::Store(high, kEightTag, high_faces + i);
-    origin = HWY_MIN(origin, hn::GetLane(hn::MinOfLanes(kEightTag, low)));
-    end = HWY_MAX(end, hn::GetLane(hn::MaxOfLanes(kEightTag, high)));
-  }
+  const float* const low_faces = lower[axis];
+  const float* const high_faces = upper[axis];
+  float origin = all.lower;
+  const float end = all.upper;
   // Planes stand off by more than what origin - org is rounded by.
   const float margin = (end - origin) * kPlaneMargin;
   origin = std::min(origin - margin, NextBelow(origin));
@@ -198,7 +261,7 @@ inline void ChildBoxes::EncodeAxis(int axis, size_t count, WideNode& node) {
     hn::StoreU(hn::DemoteTo(d8, down), d8, node.lower[axis] + i);
     hn::StoreU(hn::DemoteTo(d8, up), d8, node.upper[axis] + i);
   }
-  for (size_t i = count; i < WideNode::kWidth; ++i) {
+  for (size_t i = node.count; i < WideNode::kWidth; ++i) {
     node.lower[axis][i] = 255;
     node.upper[axis][i] = 0;
   }

@@ -1,14 +1,17 @@
-// A node of the kept partition: up to eight child volumes in two cache lines, in the order in which
-// rays that look for any hit visit them.
+// A node of the kept partition: up to eight child volumes, in the order in which rays that look for
+// any hit visit them.
 //
-// The volumes are stored in eight bits a face, relative to the node's own box; Ylitie, Karras,
-// Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG 2017. A
-// volume is never smaller than what it holds, so rounding costs tests and changes no hit.
+// Where there is memory enough the faces of the volumes are stored as they are, and a node is four
+// cache lines; else in eight bits a face, relative to the node's own box, and it is two; Ylitie,
+// Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", HPG
+// 2017. A volume is never smaller than what it holds, so rounding costs tests and changes no hit:
+// in a room most rays begin at a wall, whose volume is flat, and which they then enter.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "runtime/assert.h"
 
@@ -69,15 +72,30 @@ class ChildWord {
 struct alignas(64) WideNode {
   static constexpr std::size_t kWidth = 8;
 
-  float origin[3];
-  float scale[3];  ///< the size of a step, a number of eight bits
-  uint8_t lower[3][kWidth];
-  uint8_t upper[3][kWidth];
+  /// Of an exact node; the second one has no name of its own.
+  static constexpr std::size_t kExactSlots = 2;
+
   uint32_t child[kWidth];  ///< bits of a ChildWord each
   uint32_t lock;           ///< of the leaves; see TryLockLeaves
   uint8_t count;           ///< children
   uint8_t bare;            ///< a bit a child; see BareLeaves
   uint8_t stale;           ///< the same; see StaleLeaves
+  bool is_exact;           ///< faces are stored as they are, see ExactFaces
+  float origin[3];         ///< of a node that is not exact, as what follows
+  float scale[3];          ///< the size of a step, a number of eight bits
+  uint8_t lower[3][kWidth];
+  uint8_t upper[3][kWidth];
+
+  /// So many nodes that are not exact have its place in memory: numbers count them.
+  uint32_t slots() const { return is_exact ? kExactSlots : 1; }
+
+  /// Of an exact node: those that bound its children from below, axis by axis, and those from
+  /// above, in the place of `lower` and in the slot behind.
+  const float* ExactFaces() const {
+    DACRT_ASSERT(is_exact);
+    return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(this) + kFaces);
+  }
+  float* ExactFaces() { return const_cast<float*>(std::as_const(*this).ExactFaces()); }
 
   /// What other threads may change meanwhile: a child from a subset to its node, or from a range to
   /// a block. Old and new say the same.
@@ -132,9 +150,21 @@ struct alignas(64) WideNode {
   uint32_t UsedChildren() const { return (1u << count) - 1; }
 
  private:
+  static constexpr std::size_t kFaces = 64;
   static constexpr auto kAcquire = std::memory_order_acquire;
   static constexpr auto kRelease = std::memory_order_release;
 };
-static_assert(sizeof(WideNode) == 128);
+static_assert(sizeof(WideNode) == 128 && offsetof(WideNode, lower) == 64);
+
+/// An exact node with the place for it.
+struct ExactNode : WideNode {
+  std::byte rest[(kExactSlots - 1) * sizeof(WideNode)];
+};
+static_assert(sizeof(ExactNode) == WideNode::kExactSlots * sizeof(WideNode));
+
+/// Some in a row; numbers count slots.
+inline constexpr ChildWord InnerOfExact(std::size_t i) {
+  return ChildWord::Inner(static_cast<uint32_t>(WideNode::kExactSlots * i));
+}
 
 }  // namespace dacrt

@@ -38,7 +38,7 @@ template <class Kind, class Leaves>
 class NodeBuilder {
  public:
   NodeBuilder(const Kind& kind, TriangleRef* refs, Leaves& leaves, std::span<BinaryRange> ranges,
-              std::span<WideNode> nodes, SubsetScratch& scratch)
+              std::span<ExactNode> nodes, SubsetScratch& scratch)
       : kind_(kind),
         refs_(refs),
         leaves_(leaves),
@@ -46,8 +46,8 @@ class NodeBuilder {
         nodes_(nodes),
         scratch_(scratch) {}
 
-  /// Builds nodes over `all`, the root first; their numbers count from there. Returns how many
-  /// there are, 0 if there is not enough room.
+  /// Builds nodes over `all`, the root first, which refer to each other as InnerOfExact. Returns
+  /// how many there are, 0 if there is not enough room.
   size_t Build(const WeighedRange& all) {
     if (!SplitAll(all)) return 0;
     ChooseNodes(ranges_.first(range_count_));
@@ -100,7 +100,8 @@ class NodeBuilder {
     const size_t count = ChildrenOf(ranges_.data(), range, children);
     if (number >= nodes_.size()) return false;
     SortChildren(ranges_.data(), children, count);
-    WideNode& node = nodes_[number];
+    ExactNode& node = nodes_[number];
+    node.is_exact = true;
     const Box* boxes[WideNode::kWidth];
     for (size_t i = 0; i < count; ++i) boxes[i] = &ranges_[children[i]].bounds;
     EncodeChildren(boxes, count, node);
@@ -108,8 +109,7 @@ class NodeBuilder {
     ChildWord words[WideNode::kWidth];
     for (size_t i = 0; i < count; ++i) {
       const BinaryRange& child = ranges_[children[i]];
-      words[i] = child.IsLeaf() ? leaves_.Child(child)
-                                : ChildWord::Inner(static_cast<uint32_t>(count_ + inner++));
+      words[i] = child.IsLeaf() ? leaves_.Child(child) : InnerOfExact(count_ + inner++);
     }
     SetChildren(words, count, node);
     size_t next = count_;
@@ -124,7 +124,7 @@ class NodeBuilder {
   TriangleRef* const refs_;
   Leaves& leaves_;
   const std::span<BinaryRange> ranges_;
-  const std::span<WideNode> nodes_;
+  const std::span<ExactNode> nodes_;
   SubsetScratch& scratch_;
   size_t range_count_ = 0;
   size_t count_ = 0;

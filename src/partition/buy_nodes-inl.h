@@ -8,6 +8,7 @@
 #define DACRT_PARTITION_BUY_NODES_INL_H_
 #endif
 
+#include <optional>
 #include <span>
 
 #include "partition/keep_nodes-inl.h"
@@ -23,9 +24,9 @@ namespace HWY_NAMESPACE {
 
 /// Writes the bits of a subset's leaves to `words`, where their first items stand. From then on
 /// leaves get no copies in the old nodes; wrong ones stay theirs, and are renewed there.
-inline void TakeLeaves(KeptPartition& kept, const Subset& subset, std::span<WideNode> nodes,
+inline void TakeLeaves(KeptPartition& kept, const Subset& subset, const NodeRun& nodes,
                        uint32_t* words) {
-  for (WideNode& node : nodes) {
+  kept.ForEachNode(nodes, [&](WideNode& node) {
     while (!node.TryLockLeaves()) node.WaitForLeaves();
     const uint32_t stale = node.StaleLeaves(node.UsedChildren());
     for (size_t k = 0; k < node.count; ++k) {
@@ -37,7 +38,7 @@ inline void TakeLeaves(KeptPartition& kept, const Subset& subset, std::span<Wide
     }
     node.SetLeavesDone(~stale);
     node.UnlockLeaves();
-  }
+  });
 }
 
 /// Refers to the leaves into which triangles are cut, with these bits. Returns how many there are.
@@ -56,23 +57,23 @@ inline size_t ReferLeaves(std::span<const uint32_t> order, const TriangleRef* tr
 /// Buys nodes for a subset whose nodes are rented; nobody else may do so meanwhile. Where there is
 /// no room, what is rented will do, with copies.
 inline void BuyNodes(KeptPartition& kept, Subset& subset, SubsetScratch& scratch) {
-  const NodeRun rented{Subset::NodeOf(subset.root), subset.node_count};
-  const std::span<WideNode> old(&kept.node(rented.first), rented.count);
+  const NodeRun rented{Subset::NodeOf(subset.root), subset.node_slots};
   const std::span<const uint32_t> order = kept.OrderOf(subset);
   const Box bounds = ReferTriangles(kept.geometries(), order, scratch.spare).bounds;
-  TakeLeaves(kept, subset, old, scratch.words);
+  TakeLeaves(kept, subset, rented, scratch.words);
   const size_t leaves = ReferLeaves(order, scratch.spare, scratch.words, scratch.refs);
   const size_t count = MakeNodesOver({scratch.refs, leaves}, scratch);
-  uint32_t root = Subset::kNoRoom, no_subset;
-  if (count > 0) root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
-  if (root == Subset::kNoRoom) {
-    for (WideNode& node : old) node.SetLeavesBare();
+  uint32_t no_subset;
+  std::optional<NodeRun> nodes;
+  if (count > 0) nodes = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset);
+  if (!nodes) {
+    kept.ForEachNode(rented, [](WideNode& node) { node.SetLeavesBare(); });
     return Publish(kept, subset, rented.first);
   }
-  SetNodes(kept, subset, {root, static_cast<uint32_t>(count)}, bounds);
-  kept.HasItsNodes(subset);
+  SetNodes(kept, subset, *nodes, bounds);
+  kept.HasItsNodes(subset, *nodes);
   subset.rented = rented.bits();
-  Publish(kept, subset, root);
+  Publish(kept, subset, nodes->first);
   rent_or_buy::GiveBackRented(kept, subset);
 }
 

@@ -19,7 +19,7 @@ Grid::Sizes::Sizes(std::size_t triangles, std::size_t parts) : cells_an_axis(1) 
   ranges = 2 * nodes;
   subsets = WideNode::kWidth * nodes;
   bytes = parts * cells * (sizeof(TriangleRef) + sizeof(uint32_t)) + ranges * sizeof(BinaryRange) +
-          nodes * sizeof(WideNode) + subsets * sizeof(CellRange) +
+          nodes * sizeof(ExactNode) + subsets * sizeof(CellRange) +
           triangles * (sizeof(uint32_t) + sizeof(uint16_t));
 }
 

@@ -42,7 +42,7 @@ class Grid {
 
   std::size_t CellCount() const { return sizes.cells; }
   std::span<BinaryRange> Ranges() const { return {ranges, sizes.ranges}; }
-  std::span<WideNode> Nodes() const { return {nodes, sizes.nodes}; }
+  std::span<ExactNode> Nodes() const { return {nodes, sizes.nodes}; }
 
   /// Ranges of cells.
   struct CellRange {
@@ -71,7 +71,7 @@ class Grid {
   TriangleRef* cells;      ///< bounds, number (as `primitive`), and triangle count
   uint32_t* place;         ///< by the cell's number: its triangles, then where the next one goes
   BinaryRange* ranges;     ///< of cells
-  WideNode* nodes;         ///< over the cells
+  ExactNode* nodes;        ///< over the cells
   CellRange* subsets;      ///< that the cells became
   uint32_t* triangles;     ///< a copy, in the old order
   uint16_t* cell_of;       ///< of each triangle, in the old order

@@ -85,6 +85,9 @@ void KeptPartition::Grow(const GeometryTable& now, const ListedTriangles& listed
   const std::size_t for_nodes = NodesOf(lanes) * kUnitsANode + room_units_;
   leaf_units_ = std::max(leaf_units_ + room, for_nodes) - for_nodes;
   leaf_room_ = leaf_units_ > (taken_ & UINT32_MAX);
+  if (exact_nodes_ > 0 && room > room_units_) {
+    exact_nodes_ += ExactNodesFor(lanes, room - room_units_);
+  }
   room_units_ = room;
   DACRT_ASSERT(BytesUsed() <= BytesReserved());
   if (listed.count > 0) AddSubset(now, listed);
@@ -125,6 +128,7 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       taken_(other.taken_.load()),
       room_units_(other.room_units_),
       leaf_units_(other.leaf_units_.load()),
+      exact_nodes_(other.exact_nodes_.load()),
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
       subset_count_(other.subset_count_.load()),
@@ -156,14 +160,12 @@ void KeptPartition::MoveLeaves(const KeptPartition& other) {
   const auto shift = static_cast<uint32_t>((memory_.span() - other.memory_.span()) / kLeafUnit);
   for (const Subset& subset : subsets_.first(subset_count_)) {
     if (subset.root >= Subset::kNoRoom) continue;
-    const uint32_t first = Subset::NodeOf(subset.root);
-    for (uint32_t i = 0; i < subset.node_count; ++i) {
-      WideNode& node = this->node(first + i);
+    ForEachNode({Subset::NodeOf(subset.root), subset.node_slots}, [&](WideNode& node) {
       for (std::size_t k = 0; k < node.count; ++k) {
         const ChildWord child = node.Child(k);
         if (child.IsBlock()) node.SetChild(k, ChildWord::Block(child.block() + shift));
       }
-    }
+    });
   }
 }
 

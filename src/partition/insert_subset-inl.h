@@ -80,6 +80,7 @@ inline void InsertSubset(KeptPartition& kept, uint32_t number) {
       DACRT_ASSERT(has_room);
       const ChildWord both[] = {child, ChildWord::Subset(number)};
       kept.node(pair).count = 2;
+      kept.node(pair).is_exact = false;
       SetChildren(both, 2, kept.node(pair));
       node.SetChild(k, ChildWord::Inner(pair));
       stands_at(child.number(), pair, 0);

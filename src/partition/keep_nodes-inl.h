@@ -7,6 +7,7 @@
 #define DACRT_PARTITION_KEEP_NODES_INL_H_
 #endif
 
+#include <optional>
 #include <span>
 
 #include "geometry/wide_node-inl.h"
@@ -16,54 +17,71 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-/// Appends nodes whose numbers count from the first of them, or writes them over those of `old` if
-/// there is no other room and they fit, and makes room for `subset_count` subsets, whose numbers
-/// do, too. Returns the number of the first node, or Subset::kNoRoom.
-inline uint32_t KeepNodes(KeptPartition& kept, std::span<const WideNode> nodes, size_t subset_count,
-                          uint32_t& first_subset, const NodeRun& old = {}) {
-  uint32_t first_node;
-  if (!kept.Allocate(nodes.size(), subset_count, first_node, first_subset)) {
-    if (nodes.size() > old.count) return Subset::kNoRoom;
-    first_node = old.first;
+/// Copies nodes, which are referred to as InnerOfExact, behind those that there are, or over those
+/// of `old` if there is no other room and they fit, and makes room for `subset_count` subsets,
+/// whose numbers count from the first, too. They stay exact if there is room for that. Returns
+/// where they are, or nothing if there is no room at all.
+inline std::optional<NodeRun> KeepNodes(KeptPartition& kept, std::span<const ExactNode> nodes,
+                                        size_t subset_count, uint32_t& first_subset,
+                                        const NodeRun& old = {}) {
+  NodeRun run;
+  const auto allocate = [&](size_t slots) {
+    run.count = static_cast<uint32_t>(slots * nodes.size());
+    return kept.Allocate(run.count, subset_count, run.first, first_subset);
+  };
+  bool is_exact = kept.TakeExactRoom(nodes.size());
+  if (is_exact && !allocate(WideNode::kExactSlots)) {
+    kept.ReturnExactRoom(nodes.size());
+    is_exact = false;
   }
+  if (!is_exact && !allocate(1)) {
+    if (nodes.size() > old.count) return std::nullopt;
+    kept.ReturnExactRoom(old);
+    run.first = old.first;
+  }
+  const uint32_t slots = is_exact ? WideNode::kExactSlots : 1;
+  const auto number_of = [&](uint32_t number) {
+    return run.first + number / WideNode::kExactSlots * slots;
+  };
   for (size_t i = 0; i < nodes.size(); ++i) {
-    const uint32_t number = static_cast<uint32_t>(first_node + i);
+    const uint32_t number = number_of(InnerOfExact(i).number());
     WideNode& node = kept.node(number);
-    node = nodes[i];
+    if (is_exact) {
+      static_cast<ExactNode&>(node) = nodes[i];
+    } else {
+      node = nodes[i];
+      node.is_exact = false;
+      ChildBoxes().Encode(nodes[i], node);
+    }
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = nodes[i].Child(k);
-      if (child.IsInner()) node.SetChild(k, ChildWord::Inner(first_node + child.number()));
+      if (child.IsInner()) node.SetChild(k, ChildWord::Inner(number_of(child.number())));
       if (!child.IsSubset()) continue;
       node.SetChild(k, ChildWord::Subset(first_subset + child.number()));
       kept.subset(first_subset + child.number()).parent =
           static_cast<uint32_t>(number * WideNode::kWidth + k);
     }
   }
-  return first_node;
+  return run;
 }
 
 /// The surface of all volumes of some nodes, relative to that of the box around them all: what a
 /// ray that meets the box costs in tests.
-inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
-  const hn::RebindToSigned<EightTag> di;
-  const hn::Rebind<uint8_t, EightTag> d8;
+inline float RelativeSurface(const KeptPartition& kept, const NodeRun& nodes, const Box& own) {
   EightPart surfaces = hn::Zero(kEightTag);
-  for (const WideNode& node : nodes) {
+  kept.ForEachNode(nodes, [&](const WideNode& node) HWY_ATTR {
+    const ChildPlanes planes(node, PlaneOffsets(0));
     for (size_t part = 0; part < kParts; ++part) {
-      const size_t first = part * kPartLanes;
       EightPart edge[3];
       for (int axis = 0; axis < 3; ++axis) {
         // Children that are not there are inside out.
-        const auto steps =
-            hn::Max(hn::Sub(hn::PromoteTo(di, hn::LoadU(d8, node.upper[axis] + first)),
-                            hn::PromoteTo(di, hn::LoadU(d8, node.lower[axis] + first))),
-                    hn::Zero(di));
-        edge[axis] = hn::Mul(hn::ConvertTo(kEightTag, steps), hn::Set(kEightTag, node.scale[axis]));
+        edge[axis] =
+            hn::Max(hn::Sub(planes.far[part][axis], planes.near[part][axis]), hn::Zero(kEightTag));
       }
       surfaces =
           hn::MulAdd(edge[0], hn::Add(edge[1], edge[2]), hn::MulAdd(edge[1], edge[2], surfaces));
     }
-  }
+  });
   const float surface = hn::GetLane(hn::SumOfLanes(kEightTag, surfaces));
   const float all = own.HalfArea();
   return all > 0 ? surface / all : 0;
@@ -72,8 +90,8 @@ inline float RelativeSurface(std::span<const WideNode> nodes, const Box& own) {
 /// Says which nodes a subset has, whose triangles have these bounds.
 inline void SetNodes(const KeptPartition& kept, Subset& subset, const NodeRun& nodes,
                      const Box& bounds) {
-  subset.node_count = nodes.count;
-  subset.decay_base = RelativeSurface({&kept.node(nodes.first), nodes.count}, bounds);
+  subset.node_slots = nodes.count;
+  subset.decay_base = RelativeSurface(kept, nodes, bounds);
 }
 
 /// Says what stands behind a subset now. Whoever waits for that goes on.

@@ -51,6 +51,7 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   // Places have 30 bits.
   if (bytes / kLeafUnit > ChildWord::kMostBlock) leaf_units_ = 0;
   leaf_room_ = leaf_units_ > 0;
+  if (leaf_lanes_ == kLeafLanes) exact_nodes_ = ExactNodesFor(LanesOf(geometries), room_units_);
   // Half of the leaves at least should find room.
   if (leaf_units_ * kLeafUnit < kLeafBytes / 2 * most) leaf_lanes_ = 2 * kLeafLanes;
   // Larger ones where nodes over those would not find room: what a large leaf costs is little
@@ -101,14 +102,15 @@ void KeptPartition::PlaceGrid(TaskPool& tasks) {
   const std::size_t parts = Grid::PartsFor(triangles_.size(), tasks.threads());
   const Grid::Sizes sizes(triangles_.size(), parts);
   const std::size_t bytes = RoundUp(sizes.bytes, alignof(WideNode));
-  const auto* const nodes = reinterpret_cast<const std::byte*>(nodes_ + sizes.nodes);
+  const auto* const nodes =
+      reinterpret_cast<const std::byte*>(nodes_ + WideNode::kExactSlots * sizes.nodes);
   const std::size_t offset =
       (memory_.bytes() - std::min(memory_.bytes(), bytes + kReadBehind)) & ~(alignof(WideNode) - 1);
   if (memory_.data() + offset < nodes) return;
   sorted_.emplace(triangles_.size(), parts, memory_.data() + offset);
 }
 
-void KeptPartition::HasItsNodes(Subset& subset) {
+void KeptPartition::HasItsNodes(Subset& subset, const NodeRun& nodes) {
   if (subset.has_its_nodes || leaf_units_ == 0) return;
   subset.has_its_nodes = true;
   std::size_t lanes = subset.count;
@@ -119,12 +121,41 @@ void KeptPartition::HasItsNodes(Subset& subset) {
     }
   }
   const std::size_t most = NodesOver(lanes, leaf_lanes_);
-  if (subset.node_count < most) leaf_units_ += (most - subset.node_count) * kUnitsANode;
+  std::size_t count = 0;
+  ForEachNode(nodes, [&](const WideNode&) { ++count; });
+  if (count < most) leaf_units_ += (most - count) * kUnitsANode;
+}
+
+/// What exact nodes take more than others is taken from leaves that there are not yet. (One that a
+/// thread makes at this moment may take it, too: nodes have that much room to spare.)
+bool KeptPartition::TakeExactRoom(std::size_t node_count) {
+  const auto take = [](std::atomic<std::size_t>& room, std::size_t least, std::size_t amount) {
+    std::size_t left = room.load();
+    do {
+      if (left < least + amount) return false;
+    } while (!room.compare_exchange_weak(left, left - amount));
+    return true;
+  };
+  if (!take(exact_nodes_, 0, node_count)) return false;
+  if (take(leaf_units_, taken_ & UINT32_MAX, node_count * kUnitsMoreExact)) return true;
+  exact_nodes_ += node_count;
+  return false;
+}
+
+void KeptPartition::ReturnExactRoom(const NodeRun& nodes) {
+  std::size_t count = 0;
+  ForEachNode(nodes, [&](const WideNode& node) { count += node.is_exact; });
+  ReturnExactRoom(count);
+}
+
+void KeptPartition::ReturnExactRoom(std::size_t node_count) {
+  exact_nodes_ += node_count;
+  leaf_units_ += node_count * kUnitsMoreExact;
 }
 
 /// It takes the place of the shortest run that is remembered, and that one the place of another or
 /// none.
-void KeptPartition::Free(const NodeRun& nodes) {
+void KeptPartition::Remember(const NodeRun& nodes) {
   const auto is_shorter = [](uint64_t one, uint64_t other) {
     return NodeRun::Of(one).count < NodeRun::Of(other).count;
   };
@@ -137,16 +168,16 @@ void KeptPartition::Free(const NodeRun& nodes) {
 }
 
 /// Of the shortest run that is long enough; the rest of it stays free.
-bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
+bool KeptPartition::TakeFree(std::size_t slots, uint32_t& first_node) {
   std::atomic<uint64_t>* best = nullptr;
   NodeRun nodes{0, UINT32_MAX};
   for (std::atomic<uint64_t>& run : free_) {
     const NodeRun other = NodeRun::Of(run);
-    if (other.count < node_count || other.count >= nodes.count) continue;
+    if (other.count < slots || other.count >= nodes.count) continue;
     best = &run;
     nodes = other;
   }
-  const auto count = static_cast<uint32_t>(node_count);
+  const auto count = static_cast<uint32_t>(slots);
   uint64_t bits = nodes.bits();
   const NodeRun rest{nodes.first + count, nodes.count - count};
   if (!best || !best->compare_exchange_strong(bits, rest.bits())) return false;
@@ -154,22 +185,22 @@ bool KeptPartition::TakeFree(std::size_t node_count, uint32_t& first_node) {
   return true;
 }
 
-bool KeptPartition::Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
+bool KeptPartition::Allocate(std::size_t slots, std::size_t subset_count, uint32_t& first_node,
                              uint32_t& first_subset) {
-  if (subset_count == 0 && TakeFree(node_count, first_node)) return true;
+  if (subset_count == 0 && TakeFree(slots, first_node)) return true;
   uint64_t taken = taken_.load();
   do {
     const uint64_t nodes = taken >> 32, units = taken & UINT32_MAX;
-    if ((nodes + node_count) * kUnitsANode + units > room_units_) return false;
-    if (nodes + node_count > ChildWord::kMostNumber) return false;
+    if ((nodes + slots) * kUnitsANode + units > room_units_) return false;
+    if (nodes + slots > ChildWord::kMostNumber) return false;
     first_node = static_cast<uint32_t>(nodes);
-  } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{node_count} << 32)));
+  } while (!taken_.compare_exchange_weak(taken, taken + (uint64_t{slots} << 32)));
 
   // Last, since every subset that is counted stands somewhere.
   std::size_t subsets = subset_count_.load();
   do {
     if (subset_count > subsets_.size() - subsets) {
-      Free({first_node, static_cast<uint32_t>(node_count)});
+      Remember({first_node, static_cast<uint32_t>(slots)});
       return false;
     }
   } while (!subset_count_.compare_exchange_weak(subsets, subsets + subset_count));

@@ -1,5 +1,5 @@
 // The partition of a scene's triangles that is kept between calls, and grows where rays go: a
-// lazily built, quantised, 8-wide bounding volume hierarchy.
+// lazily built, 8-wide bounding volume hierarchy.
 //
 // The triangles, four bytes each, stand in an order in which every subset of the partition is a
 // range. A subset is split when a ray first comes to it: a large one by a grid into many, for which
@@ -32,7 +32,7 @@
 
 namespace dacrt {
 
-/// Nodes in a row.
+/// Nodes in a row: the number of the first, and their slots.
 struct NodeRun {
   static NodeRun Of(uint64_t bits) {
     return {static_cast<uint32_t>(bits >> 32), static_cast<uint32_t>(bits)};
@@ -68,7 +68,7 @@ struct Subset {
   std::atomic<uint32_t> root;    ///< number of its first node, or one of the above
   std::atomic<uint32_t> rays;    ///< that have come while its nodes were rented
   std::atomic<uint32_t> inside;  ///< calls in its rented nodes
-  uint32_t node_count : 31;      ///< nodes in a row from there
+  uint32_t node_slots : 31;      ///< of its nodes, which stand in a row from there
   uint32_t has_its_nodes : 1;    ///< see KeptPartition::HasItsNodes
   float made_surface;            ///< half of its bounds' surface when it came to be
   float decay_base;  ///< surface of all volumes in it, relative to its own, when it was split
@@ -219,16 +219,44 @@ class KeptPartition {
     return Subset::IsNode(number) ? ChildWord::Inner(number) : ChildWord::Subset(0);
   }
 
-  /// Room for `node_count` nodes and `subset_count` subsets in a row, and the numbers of the first;
-  /// false if there is not enough left. Nodes alone may be ones that have been given back.
-  bool Allocate(std::size_t node_count, std::size_t subset_count, uint32_t& first_node,
+  /// Room for nodes of `slots` slots and `subset_count` subsets in a row, and the numbers of the
+  /// first; false if there is not enough left. Nodes alone may be ones that have been given back.
+  bool Allocate(std::size_t slots, std::size_t subset_count, uint32_t& first_node,
                 uint32_t& first_subset);
 
-  /// Gives nodes back that nobody uses. A few such runs are remembered, others are lost.
-  void Free(const NodeRun& nodes);
+  /// Whether so many nodes may be exact, for which room is set aside then.
+  bool TakeExactRoom(std::size_t node_count);
+  /// Says that so many nodes, or those of a run that are, are exact no longer.
+  void ReturnExactRoom(std::size_t node_count);
+  void ReturnExactRoom(const NodeRun& nodes);
 
-  /// Says that a subset has all its nodes: what stayed free for it beyond that is for leaves.
-  void HasItsNodes(Subset& subset);
+  /// Gives nodes back that nobody uses. A few such runs are remembered, others are lost.
+  void Free(const NodeRun& nodes) {
+    ReturnExactRoom(nodes);
+    Remember(nodes);
+  }
+
+  /// Calls f(node) for each of some nodes.
+  template <class F>
+  void ForEachNode(const NodeRun& nodes, const F& f) {
+    for (uint32_t i = 0; i < nodes.count;) {
+      WideNode& next = node(nodes.first + i);
+      i += next.slots();
+      f(next);
+    }
+  }
+  template <class F>
+  void ForEachNode(const NodeRun& nodes, const F& f) const {
+    for (uint32_t i = 0; i < nodes.count;) {
+      const WideNode& next = node(nodes.first + i);
+      i += next.slots();
+      f(next);
+    }
+  }
+
+  /// Says that a subset has all its nodes, which are these: what stayed free for it beyond that is
+  /// for leaves.
+  void HasItsNodes(Subset& subset, const NodeRun& nodes);
 
   /// Lanes of a leaf. Where leaves are not to carry their geometry there are half as many of them:
   /// gathering is what they cost then, and nodes take half of the room.
@@ -289,9 +317,10 @@ class KeptPartition {
   void PlaceGrid(TaskPool& tasks);
   void AddSubset(const GeometryTable& now, const ListedTriangles& listed);
   void MoveLeaves(const KeptPartition& other);
-  bool TakeFree(std::size_t node_count, uint32_t& first_node);
+  bool TakeFree(std::size_t slots, uint32_t& first_node);
+  void Remember(const NodeRun& nodes);
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
-  std::size_t NodesUsed() const { return taken_ >> 32; }
+  std::size_t NodesUsed() const { return taken_ >> 32; }  ///< slots
 
   /// A budget has so little to spare beside nodes and leaves.
   static constexpr std::size_t kMostLost = 32;
@@ -311,10 +340,12 @@ class KeptPartition {
   std::span<Subset> subsets_;
   WideNode* nodes_ = nullptr;
   /// Nodes grow upwards from the first one, leaf blocks downwards from the end of the memory; both
-  /// in one word, so that they never meet: nodes in the upper half, units of leaves in the lower.
+  /// in one word, so that they never meet: slots of nodes in the upper half, units of leaves in the
+  /// lower.
   std::atomic<uint64_t> taken_{0};
-  std::size_t room_units_ = 0;              ///< for nodes and leaves, in units of leaves
-  std::atomic<std::size_t> leaf_units_{0};  ///< for leaves at most: nodes come first
+  std::size_t room_units_ = 0;               ///< for nodes and leaves, in units of leaves
+  std::atomic<std::size_t> leaf_units_{0};   ///< for leaves at most: nodes come first
+  std::atomic<std::size_t> exact_nodes_{0};  ///< that there may still be
   std::atomic<bool> leaf_room_{false};
   std::size_t leaf_lanes_ = kLeafLanes;
   std::atomic<std::size_t> subset_count_{0};

@@ -155,7 +155,7 @@ inline size_t JoinGroups(std::span<const Corners> boxes, size_t first, const uin
 /// the root: that comes first. Returns how many there are.
 template <class Leaves>
 inline size_t MakePackedNodes(std::span<const PackedRange> packed, size_t leaf_count,
-                              Leaves& leaves, WideNode* nodes) {
+                              Leaves& leaves, ExactNode* nodes) {
   const size_t last = packed.size() - 1, count = packed.size() - leaf_count;
   DACRT_ASSERT(count <= SubsetScratch::kNodes);
   for (size_t number = 0; number < count; ++number) {
@@ -167,8 +167,9 @@ inline size_t MakePackedNodes(std::span<const PackedRange> packed, size_t leaf_c
       const size_t child = group.begin + k;
       boxes.Set(k, packed[child]);
       words[k] = child < leaf_count ? leaves.Child(packed[child].begin, packed[child].end)
-                                    : ChildWord::Inner(static_cast<uint32_t>(last - child));
+                                    : InnerOfExact(last - child);
     }
+    nodes[number].is_exact = true;
     boxes.Encode(children, nodes[number]);
     SetChildren(words, children, nodes[number]);
   }

@@ -52,6 +52,16 @@ constexpr std::size_t HeadBytes(std::size_t triangles) {
 }
 
 inline constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLeafUnit;
+inline constexpr std::size_t kUnitsMoreExact = (WideNode::kExactSlots - 1) * kUnitsANode;
+
+/// How many nodes of a partition with room for `units` units may be exact, so that all leaves
+/// should still find room: nodes and leaves of scenes that rays come to everywhere were measured to
+/// take so much a lane.
+inline constexpr std::size_t kNodeAndLeafBytes = 25;
+constexpr std::size_t ExactNodesFor(std::size_t lanes, std::size_t units) {
+  const std::size_t bytes = units * KeptPartition::kLeafUnit, others = lanes * kNodeAndLeafBytes;
+  return bytes > others ? (bytes - others) / (kUnitsMoreExact * KeptPartition::kLeafUnit) : 0;
+}
 
 /// For nodes and leaves, in units of leaves, in a partition of so many bytes.
 constexpr std::size_t UnitsFor(std::size_t triangles, std::size_t bytes) {

@@ -216,12 +216,13 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
 /// The bounds of one that has nodes, which are renewed.
 inline Box RefitSplit(KeptPartition& kept, Subset& subset, const RefitPlan& plan) {
   const uint32_t before = subset.root, root = Subset::NodeOf(before);
-  SubsetRefit refit(kept, subset, {&kept.node(root), subset.node_count}, plan);
+  const NodeRun nodes{root, subset.node_slots};
+  SubsetRefit refit(kept, subset, nodes, plan);
   const Box bounds = refit.Refit(root);
   subset.geometry_bits = refit.geometry_bits();
-  const bool has_decayed = !plan.always && !refit.has_hidden() &&
-                           RelativeSurface({&kept.node(root), subset.node_count}, bounds) >
-                               refit::kMostDecay * subset.decay_base;
+  const bool has_decayed =
+      !plan.always && !refit.has_hidden() &&
+      RelativeSurface(kept, nodes, bounds) > refit::kMostDecay * subset.decay_base;
   subset.root = has_decayed ? root | Subset::kStale : before & ~Subset::kStale;
   return bounds;
 }

@@ -27,7 +27,7 @@ namespace HWY_NAMESPACE {
 
 class SubsetRefit {
  public:
-  SubsetRefit(KeptPartition& kept, const Subset& subset, std::span<const WideNode> nodes,
+  SubsetRefit(KeptPartition& kept, const Subset& subset, const NodeRun& nodes,
               const RefitPlan& plan)
       : kept_(kept),
         plan_(plan),
@@ -37,7 +37,7 @@ class SubsetRefit {
         first_(subset.begin) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
     ReadIndices();
-    for (const WideNode& node : nodes) FetchCopies(node);
+    kept.ForEachNode(nodes, [&](const WideNode& node) { FetchCopies(node); });
   }
 
   /// New volumes and copies for what stands below a node. Returns its bounds.

@@ -132,7 +132,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
 
   const WeighedRange all{MeasureTriangles(grid.cells, 0, cells), subset.count};
   const std::span<BinaryRange> ranges = grid.Ranges();
-  const std::span<WideNode> nodes = grid.Nodes();
+  const std::span<ExactNode> nodes = grid.Nodes();
   SubsetLeaves leaves{grid, SubsetScratch::kTriangles};
   size_t count = 0;
   // Larger subsets where the ranges or nodes do not suffice, in very large scenes.
@@ -141,9 +141,9 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
     count = NodeBuilder(Cells(), grid.cells, leaves, ranges, nodes, scratch).Build(all);
   }
   uint32_t first_subset;
-  const uint32_t root = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);
-  if (root == Subset::kNoRoom) return root;
-  subset.node_count = static_cast<uint32_t>(count);
+  const auto run = KeepNodes(kept, nodes.first(count), leaves.count, first_subset);
+  if (!run) return Subset::kNoRoom;
+  subset.node_slots = run->count;
 
   uint32_t next = 0;
   for (size_t i = 0; i < leaves.count; ++i) {
@@ -159,7 +159,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
   }
   DACRT_ASSERT(next == subset.count);
   MoveAll(triangles, grid, for_each_part);
-  return root;
+  return run->first;
 }
 
 /// Splits a subset in the way that its size and the memory allow. Returns as above.

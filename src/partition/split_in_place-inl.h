@@ -70,7 +70,8 @@ inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
     children[count] = largest.subspan(lower);
     largest = largest.first(lower);
   }
-  WideNode node{};
+  ExactNode node{};
+  node.is_exact = true;
   Box bounds[WideNode::kWidth];
   const Box* boxes[WideNode::kWidth];
   for (uint32_t i = 0; i < WideNode::kWidth; ++i) {
@@ -80,15 +81,15 @@ inline uint32_t SplitInPlace(KeptPartition& kept, Subset& subset) {
   }
   EncodeChildren(boxes, WideNode::kWidth, node);
   uint32_t first_subset;
-  const uint32_t root = KeepNodes(kept, {&node, 1}, WideNode::kWidth, first_subset);
-  if (root == Subset::kNoRoom) return root;
-  subset.node_count = 1;
+  const auto nodes = KeepNodes(kept, {&node, 1}, WideNode::kWidth, first_subset);
+  if (!nodes) return Subset::kNoRoom;
+  subset.node_slots = nodes->count;
   for (uint32_t i = 0; i < WideNode::kWidth; ++i) {
     Subset& child = kept.subset(first_subset + i);
     child.SetUnsplit(static_cast<uint32_t>(children[i].data() - kept.triangles().data()),
                      static_cast<uint32_t>(children[i].size()), bounds[i].HalfArea());
   }
-  return root;
+  return nodes->first;
 }
 
 }  // namespace HWY_NAMESPACE

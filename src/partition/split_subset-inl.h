@@ -151,27 +151,27 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
     for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesDone();
   }
   uint32_t no_subset;
-  const uint32_t root = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
-  if (root == Subset::kNoRoom) return root;
+  const auto nodes = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);
+  if (!nodes) return Subset::kNoRoom;
   std::copy_n(order, subset.count, triangles.begin());
-  SetNodes(kept, subset, {root, static_cast<uint32_t>(count)}, bounds);
+  SetNodes(kept, subset, *nodes, bounds);
   if (!is_rented) {
-    kept.HasItsNodes(subset);
-    return root;
+    kept.HasItsNodes(subset, *nodes);
+    return nodes->first;
   }
   subset.rays = 0;
-  return root | Subset::kRented;
+  return nodes->first | Subset::kRented;
 }
 
 /// Room that the copies of a subset's leaves take.
-inline size_t LeafRoomOf(KeptPartition& kept, std::span<const WideNode> nodes) {
+inline size_t LeafRoomOf(KeptPartition& kept, const NodeRun& nodes) {
   size_t bytes = 0;
-  for (const WideNode& node : nodes) {
+  kept.ForEachNode(nodes, [&](const WideNode& node) {
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
       if (child.IsBlock()) bytes += kept.RoomOfLeaf(child.block());
     }
-  }
+  });
   return bytes;
 }
 
@@ -179,12 +179,12 @@ inline size_t LeafRoomOf(KeptPartition& kept, std::span<const WideNode> nodes) {
 /// root.
 inline uint32_t SplitAnew(KeptPartition& kept, Subset& subset, uint32_t root, size_t rays,
                           SubsetScratch& scratch) {
-  const NodeRun old{root, subset.node_count};
-  const size_t leaf_room = LeafRoomOf(kept, {&kept.node(root), old.count});
+  const NodeRun old{root, subset.node_slots};
+  const size_t leaf_room = LeafRoomOf(kept, old);
   const uint32_t anew = SplitSmallSubset(kept, subset, rays, scratch, old);
   if (anew == Subset::kNoRoom) return root;
   if (Subset::NodeOf(anew) == root) {
-    kept.Lose((old.count - subset.node_count) * sizeof(WideNode));
+    kept.Lose((old.count - subset.node_slots) * sizeof(WideNode));
   } else {
     kept.Free(old);
   }

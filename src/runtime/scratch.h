@@ -81,7 +81,7 @@ struct SubsetScratch {
       uint8_t sizes[kTriangles];
     };
   };
-  WideNode nodes[kNodes];
+  ExactNode nodes[kNodes];
   uint32_t order[kTriangles];
   bool is_last[kTriangles];  ///< of its leaf
 };

@@ -32,7 +32,8 @@ class alignas(64) ChildGuesses {
 
   /// The child `taken` of a node, which the next ray is guessed to take.
   ChildWord Take(uint32_t node, ChildWord taken) {
-    std::atomic<uint32_t>& last = last_[node % kNodes];
+    // Numbers of exact nodes are even.
+    std::atomic<uint32_t>& last = last_[(node ^ node / kNodes) % kNodes];
     const ChildWord guess(last.load(std::memory_order_relaxed));
     if (taken.bits() == guess.bits()) return ByBranch(guess);
     last.store(taken.bits(), std::memory_order_relaxed);

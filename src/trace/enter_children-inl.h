@@ -106,6 +106,8 @@ HWY_INLINE void PrefetchChild(const PartitionView& partition, ChildWord child) {
   const std::byte* target;
   if (child.IsInner()) {
     target = reinterpret_cast<const std::byte*>(partition.nodes + child.number());
+    hwy::Prefetch(target + 128);
+    hwy::Prefetch(target + 192);
   } else if (child.IsBlock()) {
     target = reinterpret_cast<const std::byte*>(partition.FirstBlock(child));
     hwy::Prefetch(target + 128);

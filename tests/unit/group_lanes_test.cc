@@ -182,7 +182,8 @@ void IntervalsHoldTheirRaysOf() {
       boxes[i].Extend(random.InCube(-1, 1).data());
       children[i] = &boxes[i];
     }
-    WideNode node{};
+    ExactNode node{};
+    node.is_exact = random.Below(2) == 0;
     EncodeChildren(children, WideNode::kWidth, node);
     const ChildPlanes planes(node, PlaneOffsets(octant));
     HWY_ALIGN float entries[WideNode::kWidth];

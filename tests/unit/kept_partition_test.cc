@@ -61,7 +61,7 @@ void TakesFewBytes() {
   Walker walker(kept);
   walker.Walk(true);
   // Four bytes of order, and the nodes.
-  EXPECT_LT(kept.partition.BytesUsed(), 10 * kTriangles);
+  EXPECT_LT(kept.partition.BytesUsed(), 16 * kTriangles);
   EXPECT_GT(walker.subsets, kTriangles / SubsetScratch::kTriangles);
   EXPECT_LT(walker.leaves, kTriangles / 3);
   EXPECT_GT(walker.children, 3 * walker.nodes);

@@ -145,6 +145,41 @@ TEST(KeptRoomTest, NodesAndLeavesNeverMeet) {
   }
 }
 
+// So many nodes may be exact that leaves find room beside them: none in a small budget, all in a
+// large one. What is given back may be had again.
+TEST(KeptRoomTest, LeavesHaveRoomBesideExactNodes) {
+  constexpr std::size_t kCount = 12000, kNodes = kCount / 24;
+  Random random(34);
+  const Mesh mesh = MakeSoup(random, kCount, 1, 0.05f);
+  std::size_t before = 0;
+  for (const std::size_t bytes : {0u, 8u, 24u, 32u, 34u, 40u, 64u}) {
+    SCOPED_TRACE(std::to_string(bytes) + " bytes a triangle");
+    Kept owner(mesh, bytes * kCount);
+    KeptPartition& kept = owner.partition;
+    std::size_t count = 0;
+    while (count < 4 * kNodes && kept.TakeExactRoom(1)) ++count;
+    EXPECT_GE(count, before);
+    if (bytes <= 24) {
+      EXPECT_EQ(count, 0u);
+    } else if (bytes == 32) {
+      EXPECT_GT(count, kNodes / 4);
+      EXPECT_LT(count, kNodes);
+    } else if (bytes >= 40) {
+      EXPECT_GT(count, kNodes);
+    }
+    before = count;
+    uint32_t place;
+    std::size_t leaf_bytes = 0;
+    while (kept.AllocateLeaf(256, place)) leaf_bytes += 256;
+    if (bytes == 24 || bytes == 32) {
+      EXPECT_GT(leaf_bytes, (bytes - 16) * kCount - 128 * count) << "beside all nodes";
+    }
+    kept.ReturnExactRoom(count);
+    EXPECT_EQ(kept.TakeExactRoom(count), true);
+    EXPECT_EQ(kept.AllocateLeaf(256, place), false) << "what was taken is taken";
+  }
+}
+
 TEST(KeptRoomTest, SubsetsEndWhereNodesBegin) {
   Random random(32);
   Kept owner(MakeSoup(random, 3000, 1, 0.05f), 100 * 3000);

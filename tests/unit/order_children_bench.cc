@@ -30,6 +30,7 @@ struct Visit {
       boxes[i].Extend(random.InCube(-1, 1).data());
       children[i] = &boxes[i];
     }
+    node.is_exact = true;
     EncodeChildren(children, WideNode::kWidth, node);
     while (rays.size() < kRays) {
       const unit::Float3 org = random.InCube(-2, 0), to = random.InCube(0, 1);
@@ -45,7 +46,7 @@ struct Visit {
     std::iota(list.begin(), list.end(), RayNumber{0});
   }
 
-  WideNode node{};
+  ExactNode node{};
   std::vector<RayRecord> rays;
   std::vector<RayNumber> list;
 };

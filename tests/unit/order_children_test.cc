@@ -32,10 +32,11 @@ RayRecord RecordOf(const Float3& org, const Float3& dir) {
   return ray;
 }
 
-WideNode Encode(const std::vector<Box>& boxes) {
+ExactNode Encode(const std::vector<Box>& boxes) {
   const Box* children[WideNode::kWidth];
   for (size_t i = 0; i < boxes.size(); ++i) children[i] = &boxes[i];
-  WideNode node{};
+  ExactNode node{};
+  node.is_exact = true;
   EncodeChildren(children, boxes.size(), node);
   return node;
 }
@@ -68,7 +69,7 @@ void NearOnesComeFirst() {
     const size_t count = 1 + random.Below(8);
     std::vector<Box> boxes;
     for (size_t i = 0; i < count; ++i) boxes.push_back(At(places[i]));
-    const WideNode node = Encode(boxes);
+    const ExactNode node = Encode(boxes);
     for (const bool forth : {true, false}) {
       const size_t ray_count = 1 + random.Below(20);
       std::vector<RayRecord> rays;

@@ -165,7 +165,7 @@ struct FoundLeaves {
 };
 
 /// Leaves come in the order of their triangles.
-void Walk(const WideNode* nodes, size_t count, uint32_t number, const FoundLeaves& leaves,
+void Walk(const ExactNode* nodes, size_t count, uint32_t number, const FoundLeaves& leaves,
           std::vector<bool>& seen, uint32_t& next) {
   ASSERT_LT(number, count);
   ASSERT_FALSE(seen[number]);
@@ -176,8 +176,9 @@ void Walk(const WideNode* nodes, size_t count, uint32_t number, const FoundLeave
   for (size_t k = 0; k < node.count; ++k) {
     const ChildWord child = node.Child(k);
     if (child.IsInner()) {
-      ASSERT_GT(child.number(), number);
-      Walk(nodes, count, child.number(), leaves, seen, next);
+      const uint32_t inner = child.number() / WideNode::kExactSlots;
+      ASSERT_GT(inner, number);
+      Walk(nodes, count, inner, leaves, seen, next);
       continue;
     }
     const FoundLeaves::Range& leaf = leaves.ranges[child.range()];

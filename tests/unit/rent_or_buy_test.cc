@@ -89,7 +89,7 @@ void ManyRaysBuyAtOnce() {
   EXPECT_TRUE(Subset::IsNode(many.Root(0)));
   few.rays = Rays::kMore;
   few.Root(0);
-  EXPECT_EQ(few.partition.subset(0).node_count, many.partition.subset(0).node_count);
+  EXPECT_EQ(few.partition.subset(0).node_slots, many.partition.subset(0).node_slots);
   EXPECT_GT(few.partition.BytesUsed(), many.partition.BytesUsed());
 }
 
@@ -126,8 +126,7 @@ void LeavesKeepTheirCopies() {
   EXPECT_EQ(Come(kept, 0, rent_or_buy::kCopies.RaysFor(2000)), Due::kCopies);
   std::map<uint32_t, uint32_t> copies;  // by where their items stand
   uint32_t stale_place = UINT32_MAX;
-  for (uint32_t i = 0; i < subset.node_count; ++i) {
-    WideNode& node = kept.partition.node(rented + i);
+  kept.partition.ForEachNode({rented, subset.node_slots}, [&](WideNode& node) {
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
       if (!child.IsRange()) continue;
@@ -145,13 +144,12 @@ void LeavesKeepTheirCopies() {
       node.SetLeafStale(k);
       stale_place = child.range();
     }
-  }
+  });
   ASSERT_EQ(copies.size(), 100u);
   copies.erase(stale_place);
   EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
   size_t kept_copies = 0;
-  for (uint32_t i = 0; i < subset.node_count; ++i) {
-    const WideNode& node = kept.partition.node(subset.root + i);
+  kept.partition.ForEachNode({subset.root, subset.node_slots}, [&](const WideNode& node) {
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
       if (!child.IsLeaf()) continue;
@@ -162,7 +160,7 @@ void LeavesKeepTheirCopies() {
       EXPECT_EQ(child.bits(), copy->second);
       ++kept_copies;
     }
-  }
+  });
   EXPECT_EQ(kept_copies, 99u);
 }
 
@@ -203,7 +201,7 @@ void WhoIsInsideMayStay() {
     EXPECT_FALSE(is_given_back());
     uint32_t node, no_subset;
     ASSERT_TRUE(kept.partition.Allocate(1, 0, node, no_subset));
-    EXPECT_GT(node, rented.number() + subset.node_count) << "behind both";
+    EXPECT_GT(node, subset.root) << "behind both";
   }
   EXPECT_TRUE(is_given_back());
   uint32_t node, no_subset;
@@ -325,10 +323,10 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
       }
       ASSERT_TRUE(Subset::IsNode(subset.root));
       std::size_t copies = 0;
-      for (uint32_t i = 0; i < subset.node_count; ++i) {
-        const WideNode& node = scene_->kept->node(subset.root + i);
-        for (std::size_t k = 0; k < node.count; ++k) copies += node.Child(k).IsBlock();
-      }
+      std::as_const(*scene_->kept)
+          .ForEachNode({subset.root, subset.node_slots}, [&](const WideNode& node) {
+            for (std::size_t k = 0; k < node.count; ++k) copies += node.Child(k).IsBlock();
+          });
       EXPECT_GT(copies, 10u);
       std::vector<float> bought;
       std::size_t hits = 0;

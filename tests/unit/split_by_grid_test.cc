@@ -45,9 +45,10 @@ void ThreadsTogetherSplitAsOneDoes() {
     const auto one = by_one.partition.triangles(), all = by_all.partition.triangles();
     EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin(), all.end()));
     EXPECT_EQ(by_all.partition.BytesUsed(), by_one.partition.BytesUsed());
-    for (uint32_t node = root; node < root + by_one.partition.subset(0).node_count; ++node) {
-      const WideNode &a = by_one.partition.node(node), &b = by_all.partition.node(node);
-      ASSERT_EQ(memcmp(&a, &b, sizeof(WideNode)), 0) << node;
+    const uint32_t slots = by_one.partition.subset(0).node_slots;
+    for (uint32_t slot = root; slot < root + slots; ++slot) {
+      const WideNode &a = by_one.partition.node(slot), &b = by_all.partition.node(slot);
+      ASSERT_EQ(memcmp(&a, &b, sizeof(WideNode)), 0) << slot;
     }
     Walker(by_all).Walk(true);
   }
