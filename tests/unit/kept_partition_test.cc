@@ -57,11 +57,14 @@ void PartitionsOfEverySize() {
 void TakesFewBytes() {
   Random random(2);
   constexpr size_t kTriangles = 50000;
-  Kept kept({unit::MakeSoup(random, kTriangles, 1, 0.05f)}, kPlenty);
+  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.05f);
+  Kept kept({mesh}, kPlenty), compressed({mesh}, 24 * kTriangles);
   Walker walker(kept);
   walker.Walk(true);
-  // Four bytes of order, and the nodes.
+  Walker(compressed).Walk(true);
+  // Four bytes of order, and the nodes, exact or not.
   EXPECT_LT(kept.partition.BytesUsed(), 16 * kTriangles);
+  EXPECT_LT(compressed.partition.BytesUsed(), 10 * kTriangles);
   EXPECT_GT(walker.subsets, kTriangles / SubsetScratch::kTriangles);
   EXPECT_LT(walker.leaves, kTriangles / 3);
   EXPECT_GT(walker.children, 3 * walker.nodes);
