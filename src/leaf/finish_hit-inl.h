@@ -90,9 +90,8 @@ class FinishedHitsOf {
 
   size_t count() const { return count_; }
   RayNumber number(size_t i) const { return numbers_[i]; }
-  uint32_t geometry(size_t i) const { return names_[i].geometry; }
 
-  /// Calls `take(i, hit)` for each, and is empty then.
+  /// Calls `take(i, geometry, hit)` for each, and is empty then.
   template <class Take>
   HWY_INLINE void Finish(const Take& take) {
     for (size_t i = count_; i < kMost; ++i) CopyLane(0, i);
@@ -127,8 +126,10 @@ class FinishedHitsOf {
       hn::Store(triangles.ng[axis], Tag(), out[3 + axis]);
     }
     for (size_t i = 0; i < count_; ++i) {
-      take(i, HitOf(task_.scene, task_.instance_id, names_[i], is_second_[i], out[0][i], out[1][i],
-                    out[2][i], out[3][i], out[4][i], out[5][i]));
+      const GeometryTable::Name name = NameOf(task_.scene.geometries, *places_[i], geometries_[i]);
+      take(i, name.geometry,
+           HitOf(task_.scene, task_.instance_id, name, is_second_[i], out[0][i], out[1][i],
+                 out[2][i], out[3][i], out[4][i], out[5][i]));
     }
     count_ = 0;
   }
@@ -145,7 +146,7 @@ class FinishedHitsOf {
         corner_[corner][axis][count_] = vertex[axis * block.vertices];
       }
     }
-    AddRay(number, ray, NameOfLane(task_, block, block_lane), block.second >> block_lane & 1);
+    AddRay(number, ray, block.PlaceOf(block_lane), block.geometry, block.second >> block_lane & 1);
   }
 
   /// Of a leaf that carries no geometry.
@@ -153,13 +154,16 @@ class FinishedHitsOf {
                                  ChildWord leaf) {
     const LeafItems items =
         FindItems(task_.scene.geometries, task_.partition.order, leaf.range(), block_lane + 1);
-    if (HWY_LIKELY(items.is_plain)) return Add(number, ray, items.names[block_lane]);
+    if (HWY_LIKELY(items.is_plain)) {
+      return Add(number, ray, leaf.range() + block_lane, items.names[block_lane]);
+    }
     LeafRoom room;
     Add(number, ray, block_lane, MakeFacets(task_, leaf, room));
   }
 
   /// A triangle that stands in the lane of its place in the leaf.
-  HWY_INLINE void Add(RayNumber number, const RayRecord& ray, GeometryTable::Name name) {
+  HWY_INLINE void Add(RayNumber number, const RayRecord& ray, size_t place,
+                      GeometryTable::Name name) {
     Corners corners = {};
     task_.scene.geometries.ReadCorners(name.geometry, name.primitive, corners);
     for (size_t corner = 0; corner < 3; ++corner) {
@@ -167,16 +171,19 @@ class FinishedHitsOf {
         corner_[corner][axis][count_] = corners.v[corner][axis];
       }
     }
-    AddRay(number, ray, name, false);
+    AddRay(number, ray, place, name.geometry, false);
   }
 
-  HWY_INLINE void AddRay(RayNumber number, const RayRecord& ray, GeometryTable::Name name,
+  HWY_INLINE void AddRay(RayNumber number, const RayRecord& ray, size_t place, uint32_t geometry,
                          bool is_second) {
     for (int axis = 0; axis < 3; ++axis) {
       org_[axis][count_] = ray.org[axis];
       dir_[axis][count_] = ray.dir[axis];
     }
-    names_[count_] = name;
+    // Its name, which is far away, is wanted last.
+    places_[count_] = task_.partition.order + place;
+    hwy::Prefetch(places_[count_]);
+    geometries_[count_] = geometry;
     is_second_[count_] = is_second;
     numbers_[count_++] = number;
   }
@@ -193,7 +200,8 @@ class FinishedHitsOf {
   HWY_ALIGN float org_[3][kMost];
   HWY_ALIGN float dir_[3][kMost];
   HWY_ALIGN float corner_[3][3][kMost];
-  GeometryTable::Name names_[kMost];
+  const uint32_t* places_[kMost];
+  uint32_t geometries_[kMost];
   bool is_second_[kMost];
   RayNumber numbers_[kMost];
   size_t count_ = 0;
@@ -206,8 +214,10 @@ inline FullHit FinishHit(const TraceTask& task, RayNumber number, uint32_t& geom
   FinishedHitsOf<hn::CappedTag<float, 1>> hits(task);
   hits.Add(number);
   FullHit finished;
-  geometry = hits.geometry(0);
-  hits.Finish([&](size_t, const FullHit& hit) HWY_ATTR { finished = hit; });
+  hits.Finish([&](size_t, uint32_t its_geometry, const FullHit& hit) HWY_ATTR {
+    geometry = its_geometry;
+    finished = hit;
+  });
   return finished;
 }
 

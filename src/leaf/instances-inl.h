@@ -101,8 +101,8 @@ class InstanceRays {
     }
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {
-      finished.Finish([&](size_t i, const FullHit& hit)
-                          HWY_ATTR { Take(finished.number(i), finished.geometry(i), hit); });
+      finished.Finish([&](size_t i, uint32_t geometry, const FullHit& hit)
+                          HWY_ATTR { Take(finished.number(i), geometry, hit); });
     };
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];

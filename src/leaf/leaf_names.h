@@ -12,11 +12,17 @@ inline uint32_t NumberOfLane(const uint32_t* order, const LeafBlock& block, std:
   return KeptOrder::NumberOf(order[block.PlaceOf(lane)]);
 }
 
+/// The name of what stands in the order, in a block whose `geometry` this is.
+inline GeometryTable::Name NameOf(const GeometryTable& geometries, uint32_t in_order,
+                                  uint32_t geometry) {
+  const uint32_t number = KeptOrder::NumberOf(in_order);
+  if (geometry == LeafBlock::kSeveral) return geometries.Locate(number);
+  return {geometry, number - geometries.Number(geometry, 0)};
+}
+
 inline GeometryTable::Name NameOfLane(const GeometryTable& geometries, const uint32_t* order,
                                       const LeafBlock& block, std::size_t lane) {
-  const uint32_t number = NumberOfLane(order, block, lane);
-  if (block.geometry == LeafBlock::kSeveral) return geometries.Locate(number);
-  return {block.geometry, number - geometries.Number(block.geometry, 0)};
+  return NameOf(geometries, order[block.PlaceOf(lane)], block.geometry);
 }
 inline GeometryTable::Name NameOfLane(const TraceTask& task, const LeafBlock& block,
                                       std::size_t lane) {

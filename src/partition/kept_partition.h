@@ -239,19 +239,11 @@ class KeptPartition {
   /// Calls f(node) for each of some nodes.
   template <class F>
   void ForEachNode(const NodeRun& nodes, const F& f) {
-    for (uint32_t i = 0; i < nodes.count;) {
-      WideNode& next = node(nodes.first + i);
-      i += next.slots();
-      f(next);
-    }
+    ForEachNodeOf(*this, nodes, f);
   }
   template <class F>
   void ForEachNode(const NodeRun& nodes, const F& f) const {
-    for (uint32_t i = 0; i < nodes.count;) {
-      const WideNode& next = node(nodes.first + i);
-      i += next.slots();
-      f(next);
-    }
+    ForEachNodeOf(*this, nodes, f);
   }
 
   /// Says that a subset has all its nodes, which are these: what stayed free for it beyond that is
@@ -312,6 +304,15 @@ class KeptPartition {
   std::size_t BytesReserved() const { return memory_.bytes(); }
 
  private:
+  template <class Kept, class F>
+  static void ForEachNodeOf(Kept& kept, const NodeRun& nodes, const F& f) {
+    for (uint32_t i = 0; i < nodes.count;) {
+      auto& next = kept.node(nodes.first + i);
+      i += next.slots();
+      f(next);
+    }
+  }
+
   void List(const FirstLook& look, TaskPool& tasks);
   ListedTriangles ListIntoGrid(const FirstLook& look, TaskPool& tasks);
   void PlaceGrid(TaskPool& tasks);

@@ -65,22 +65,6 @@ class RecordLayout {
     return sign(view_.dir_x) | sign(view_.dir_y) << 1 | sign(view_.dir_z) << 2;
   }
 
-  /// Reads origin and direction.
-  void ReadLine(std::size_t i, float* line) const {
-    if (has_records_) {
-      std::memcpy(line, Record(i), 3 * sizeof(float));
-      std::memcpy(line + 3, Record(i) + static_cast<std::size_t>(PacketComponent::kDirX),
-                  3 * sizeof(float));
-      return;
-    }
-    line[0] = Read(view_.org_x, i, 0.0f);
-    line[1] = Read(view_.org_y, i, 0.0f);
-    line[2] = Read(view_.org_z, i, 0.0f);
-    line[3] = Read(view_.dir_x, i, 0.0f);
-    line[4] = Read(view_.dir_y, i, 0.0f);
-    line[5] = Read(view_.dir_z, i, 0.0f);
-  }
-
   /// Reads what the engine's record of a ray is made of, component by component.
   void Read(std::size_t i, RayRecord& ray) const {
     ray.org[0] = Read(view_.org_x, i, 0.0f);

@@ -72,7 +72,6 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   Cutter cutter(memory_.data());
   scratch_ = cutter.Cut<Scratch>(1);
   records_ = cutter.Cut<RayRecord>(shape.records);
-  hits_ = cutter.Cut<FullHit>(shape.records);
   callers_ = cutter.Cut<uint32_t>(shape.records);
   tags_ = cutter.Cut<RayTag>(shape.tags);
   lists_.top = cutter.Cut<std::byte>(shape.list_bytes);
@@ -81,6 +80,8 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   instance_memory_.rays = cutter.Cut<RayRecord>(shape.instance_rays);
   instance_memory_.hits = cutter.Cut<FullHit>(shape.instance_rays);
   instance_memory_.callers = cutter.Cut<uint32_t>(shape.instance_rays);
+  // Behind all that calls write to: where scenes are plain nobody does, and no page is taken.
+  hits_ = cutter.Cut<FullHit>(shape.records);
   refs_ = {cutter.Cut<TriangleRef>(shape.refs), shape.refs};
   // The fields are read and written side by side; at equal offsets in their pages they would
   // compete for the same lines of the cache, so each begins five lines further into its page.

@@ -35,7 +35,8 @@ class alignas(64) ChildGuesses {
     // Numbers of exact nodes are even.
     std::atomic<uint32_t>& last = last_[(node ^ node / kNodes) % kNodes];
     const ChildWord guess(last.load(std::memory_order_relaxed));
-    if (taken.bits() == guess.bits()) return ByBranch(guess);
+    // A compiler that knew that both are the same could go on with the one that comes late.
+    if (taken.bits() == ByBranch(guess).bits()) return ByBranch(guess);
     last.store(taken.bits(), std::memory_order_relaxed);
     return taken;
   }

@@ -172,7 +172,8 @@ struct GroupHits {
   HWY_NOINLINE void Finish(const TraceTask& task, const GroupLanes<kMost>& group, LaneMask others) {
     FinishedHits finished(task);
     const auto finish = [&]() HWY_ATTR {
-      finished.Finish([&](size_t i, const FullHit& hit) HWY_ATTR { Set(finished.number(i), hit); });
+      finished.Finish([&](size_t i, uint32_t, const FullHit& hit)
+                          HWY_ATTR { Set(finished.number(i), hit); });
     };
     ForEachLane(others, [&](size_t lane) HWY_ATTR {
       const uint32_t state = group.state[lane];

@@ -39,6 +39,7 @@ class LoneHit {
     block_ = &block;
     part_ = part;
     lane_ = lane;
+    hwy::Prefetch(scene.kept->triangles().data() + block.first);  // for its name, wanted last
     hn::Store(crossing.t, kEightTag, t_);
     hn::Store(crossing.u, kEightTag, u_);
     hn::Store(crossing.v, kEightTag, v_);

@@ -17,7 +17,8 @@ template <Query kQuery>
 void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, size_t count,
                    const CallOptions& options, Workspace& workspace, Statistics& statistics) {
   SplitMemory split_memory(workspace.scratch().subset);
-  TraceView<kQuery>(scene, view, first, count, options, split_memory, workspace.rays(),
+  const bool together = GoTogether(scene, RecordLayout(view), first, count);
+  TraceView<kQuery>(scene, view, first, count, together, options, split_memory, workspace.rays(),
                     workspace.hits(), workspace.callers(), workspace.instance_memory(),
                     workspace.lists(), workspace.tags(), &statistics);
 }
@@ -32,13 +33,41 @@ void TracePiece(Query query, const SceneParts& scene, const RayView& view, size_
   }
 }
 
+/// In memory on the stack; apart, so that rays that go alone do without.
+template <Query kQuery>
+HWY_NOINLINE void TraceOnStack(const SceneParts& scene, const RayView& view, bool together,
+                               const CallOptions& options, WorkspacePool& pool) {
+  StackMemory<policy::kShortCall> memory;
+  SplitMemory split_memory(pool);
+  TraceView<kQuery>(scene, view, 0, view.count, together, options, split_memory, memory.rays,
+                    memory.hits, memory.numbers, memory.ForInstances(), memory.Lists(), nullptr,
+                    nullptr);
+}
+
+/// Each ray as if it were a call.
+template <Query kQuery>
+HWY_INLINE void TraceSingles(const SceneParts& scene, const RayView& view,
+                             const RecordLayout& layout, const CallOptions& options,
+                             WorkspacePool& pool) {
+  RayPacket packet{nullptr, 1, nullptr, view.instance_value, layout.has_masks()};
+  for (size_t i = 0; i < view.count; ++i) {
+    packet.values = layout.Record(i);
+    TraceSingle<kQuery>(scene, packet, options, pool);
+  }
+}
+
 template <Query kQuery>
 void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptions& options,
                    WorkspacePool& pool) {
-  StackMemory<policy::kShortCall> memory;
-  SplitMemory split_memory(pool);
-  TraceView<kQuery>(scene, view, 0, view.count, options, split_memory, memory.rays, memory.hits,
-                    memory.numbers, memory.ForInstances(), memory.Lists(), nullptr, nullptr);
+  const RecordLayout layout(view);
+  const bool together = GoTogether(scene, layout, 0, view.count);
+  const bool are_packets =
+      kQuery == Query::kClosest ? layout.has_hit_records() : layout.has_records();
+  const auto on_stack = [&] { TraceOnStack<kQuery>(scene, view, together, options, pool); };
+  if (together || !are_packets || scene.has_callbacks) return on_stack();
+  LearntApart<kQuery>(scene).Trace(
+      static_cast<uint32_t>(view.count),
+      [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); }, on_stack);
 }
 
 void TraceShort(Query query, const SceneParts& scene, const RayView& view,

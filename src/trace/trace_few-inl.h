@@ -34,9 +34,9 @@ struct RayAtNode {
   OpenChildren open;
 };
 
-/// With kApart the rays have so little in common that no processor foresees how many children of a
-/// node they enter, and which is nearest: then no branch depends on it.
-template <Query kQuery, bool kApart = false>
+/// The rays have so little in common that no processor foresees how many children of a node they
+/// enter, and which is nearest: so no branch depends on it.
+template <Query kQuery>
 class FewTracer {
  public:
   explicit FewTracer(const TraceTask& task) : task_(task), one_(task) {}
@@ -45,7 +45,7 @@ class FewTracer {
   void Trace(ChildWord root, const RayNumber* list, size_t count, ListMemory memory) const {
     if (root.IsInner() && count >= 4) return TraceAbreast<4>(root, list, count, memory);
     if (root.IsInner() && count >= 2) return TraceAbreast<2>(root, list, count, memory);
-    for (size_t i = 0; i < count; ++i) one_.Trace(root, list[i], memory);
+    one_.TraceAll(root, list, count, memory);
   }
 
  private:
@@ -95,17 +95,10 @@ class FewTracer {
     const typename OneTracer<kQuery>::Host host{one_, way.number, memory};
     ChildWord& child = way.node;
     WideNode& node = task_.partition.nodes[child.number()];
-    if constexpr (kApart) {
-      host.Enter(node, entered);
-      way.open.template PushAll<kQuery>(node, entered, distances);
-      if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
-      PrefetchChild(task_.partition, child);
-    } else if (entered != 0) {
-      host.Enter(node, entered);
-      child = way.open.template Take<kQuery>(task_.partition, node, entered, distances);
-    } else if (!way.open.template Next<kQuery>(way.ray.tfar, child)) {
-      return false;
-    }
+    host.Enter(node, entered);
+    way.open.template PushAll<kQuery>(node, entered, distances);
+    if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
+    PrefetchChild(task_.partition, child);
     if (HWY_UNLIKELY(way.open.IsFull())) {
       one_.TraceEach(child, way.open, way.number, memory);
       return false;

@@ -19,7 +19,7 @@
 #include "trace/group_leaf-inl.h"
 #include "trace/learnt.h"
 #include "trace/policy.h"
-#include "trace/trace_few-inl.h"
+#include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -136,7 +136,7 @@ class GroupTracer {
   /// The rays of some lanes, each in its own way; apart, so that the walk of groups stays short.
   HWY_NOINLINE void TraceFew(ChildWord child, LaneMask active, ListMemory memory) {
     rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
-      FewTracer<kQuery>(task_).Trace(child, list, count, memory);
+      OneTracer<kQuery>(task_).TraceAll(child, list, count, memory);
     });
   }
 

@@ -16,7 +16,7 @@
 
 #include "trace/order_children-inl.h"
 #include "trace/ray_lists-inl.h"
-#include "trace/trace_few-inl.h"
+#include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
@@ -36,7 +36,7 @@ class ListTracer {
       return TestLeaf<kQuery>(task_, child, list, count, memory);
     }
     if (count <= policy::kFewRays || !HasRoom(memory, ListBytes(count))) {
-      return FewTracer<kQuery>(task_).Trace(child, list, count, memory);
+      return OneTracer<kQuery>(task_).TraceAll(child, list, count, memory);
     }
     if (HWY_UNLIKELY(child.IsSubset())) {
       const auto opened = OpenSubset<kQuery>(

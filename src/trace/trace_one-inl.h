@@ -234,7 +234,8 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
       if (entered != 0) {
         if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;
         child = open.Take<kQuery>(partition, node, entered, distances);
-        if constexpr (kQuery == Query::kClosest) child = guesses.Take(number, child);
+        // Of any hits the first one is a guess as good (see OpenChildren::First).
+        if (kQuery == Query::kClosest || !(entered & 1)) child = guesses.Take(number, child);
         if (HWY_UNLIKELY(open.IsFull())) return false;
         continue;
       }
@@ -258,6 +259,11 @@ class OneTracer {
   void Trace(ChildWord child, RayNumber number, ListMemory memory) const {
     OpenChildren open;
     Resume(child, open, number, memory);
+  }
+
+  /// The rays list[0] to list[count - 1], one after the other.
+  void TraceAll(ChildWord child, const RayNumber* list, size_t count, ListMemory memory) const {
+    for (size_t i = 0; i < count; ++i) Trace(child, list[i], memory);
   }
 
   /// Goes on where others have left.

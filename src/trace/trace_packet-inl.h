@@ -11,6 +11,7 @@
 #include "rays/load_records-inl.h"
 #include "rays/write_record-inl.h"
 #include "trace/group_hits-inl.h"
+#include "trace/learnt.h"
 #include "trace/policy.h"
 #include "trace/stack_memory.h"
 #include "trace/trace_lone-inl.h"
@@ -34,6 +35,13 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   } else if (ray.state & RayRecord::kHasHit) {
     call.hit.Write(record);
   }
+}
+
+/// What a thread has learnt about rays that have next to nothing in common.
+template <Query kQuery>
+HWY_INLINE LearntWay& LearntApart(const SceneParts& scene) {
+  Learnt& learnt = LearntAbout(scene.kept.get());
+  return kQuery == Query::kAny ? learnt.apart_of_any : learnt.apart_of_closest;
 }
 
 /// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
@@ -104,7 +112,7 @@ HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
     lanes.Store(lane, memory.rays[lane]);
     list[count++] = static_cast<RayNumber>(lane);
   });
-  FewTracer<kQuery, true>(task).Trace(scene.kept->root(), list, count, memory.Lists());
+  FewTracer<kQuery>(task).Trace(scene.kept->root(), list, count, memory.Lists());
   ForEachLane(active, [&](size_t lane) {
     WriteAnswer<kQuery>(packet, lane, memory.rays[lane], [&] {
       uint32_t geometry;
@@ -121,11 +129,14 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
   if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
-    if ((kSortsChildren || kQuery == Query::kAny) && !scene.is_small &&
-        hwy::PopCount(active) >= policy::kFewAbreast) {
-      return TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active);
-    }
-    return TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
+    const size_t count = hwy::PopCount(active);
+    const auto one_by_one = [&] {
+      TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
+    };
+    if (scene.is_small || count < policy::kFewAbreast) return one_by_one();
+    return LearntApart<kQuery>(scene).Trace(static_cast<uint32_t>(count), one_by_one, [&] {
+      TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active);
+    });
   }
   StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};

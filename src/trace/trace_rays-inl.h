@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "rays/load_records-inl.h"
+#include "trace/trace_few-inl.h"
 #include "trace/trace_group-inl.h"
 #include "trace/trace_list-inl.h"
 
@@ -58,7 +59,7 @@ void TraceLoaded(const TraceTask& task, const LoadedRays& rays, ListMemory memor
       for (size_t i = begin; i < end; ++i) few[few_count++] = static_cast<RayNumber>(i);
     }
   }
-  FewTracer<kQuery, true>(task).Trace(root, few, few_count, memory);
+  FewTracer<kQuery>(task).Trace(root, few, few_count, memory);
 }
 
 /// Rays 0 to count - 1 of a task, in no order, from `root` on.
@@ -73,7 +74,9 @@ void TraceRaysFrom(const TraceTask& task, ChildWord root, size_t count, ListMemo
   if (count <= kPacketRays) {
     RayNumber list[kPacketRays];
     for (size_t i = 0; i < count; ++i) list[i] = static_cast<RayNumber>(i);
-    if (count <= policy::kFewRays) return FewTracer<kQuery>(task).Trace(root, list, count, memory);
+    if (count <= policy::kFewRays) {
+      return OneTracer<kQuery>(task).TraceAll(root, list, count, memory);
+    }
     GroupLanes<kPacketRays> lanes;
     return GroupTracer<kQuery, kPacketRays>(task, lanes).TraceRecords(root, list, count, memory);
   }

@@ -31,7 +31,7 @@ inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded) {
   FinishedHits finished(task);
   size_t stored = 0;
   const auto finish = [&]() HWY_ATTR {
-    finished.Finish([&](size_t i, const FullHit& hit)
+    finished.Finish([&](size_t i, uint32_t, const FullHit& hit)
                         HWY_ATTR { layout.WriteHit(caller_of(finished.number(i)), hit); });
   };
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
@@ -76,6 +76,22 @@ inline size_t StoreBlocked(const TraceTask& task, const LoadedRays& loaded) {
   return stored;
 }
 
+/// Origin and direction of a ray, of which the fourth lanes are anything.
+struct Line {
+  Corner org, dir;
+};
+
+HWY_INLINE Line ReadLine(const RecordLayout& layout, size_t i) {
+  if (HWY_LIKELY(layout.has_records())) {
+    const float* const record = layout.Record(i);
+    return {Corner::LoadUnaligned(record),
+            Corner::LoadUnaligned(record + static_cast<size_t>(PacketComponent::kDirX))};
+  }
+  RayRecord ray{};
+  layout.Read(i, ray);
+  return {Corner::Load(ray.org), Corner::Load(ray.dir)};
+}
+
 /// Whether rays run close together: by the directions and the origins of some rays of some groups
 /// of neighbours.
 inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, const Box& bounds) {
@@ -85,22 +101,18 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
   size_t narrow = 0;
   for (size_t look = 0; look < looks; ++look) {
     const size_t begin = first + policy::kNeighbours * (look * groups / looks);
-    float low[6], high[6];
-    layout.ReadLine(begin, low);
-    std::copy_n(low, 6, high);
-    for (size_t i = 5; i < policy::kNeighbours; i += 5) {
-      float line[6];
-      layout.ReadLine(begin + i, line);
-      for (int part = 0; part < 6; ++part) {
-        low[part] = HWY_MIN(low[part], line[part]);
-        high[part] = HWY_MAX(high[part], line[part]);
-      }
+    CornerBounds origins, directions;
+    for (size_t i = 0; i < policy::kNeighbours; i += 5) {
+      const Line line = ReadLine(layout, begin + i);
+      origins.Extend(line.org);
+      directions.Extend(line.dir);
     }
+    const Box from = origins.Get(), to = directions.Get();
     float apart = 0, spread = 0, length = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      apart = HWY_MAX(apart, high[axis] - low[axis]);
-      spread = HWY_MAX(spread, high[3 + axis] - low[3 + axis]);
-      length = HWY_MAX(length, HWY_MAX(-low[3 + axis], high[3 + axis]));
+      apart = HWY_MAX(apart, from.upper[axis] - from.lower[axis]);
+      spread = HWY_MAX(spread, to.upper[axis] - to.lower[axis]);
+      length = HWY_MAX(length, HWY_MAX(-to.lower[axis], to.upper[axis]));
     }
     narrow +=
         apart <= policy::kNarrowOrigins * reach && spread <= policy::kNarrowDirections * length;
@@ -223,18 +235,23 @@ WalkChoice* WalkChoiceFor(const SceneParts& scene, size_t count) {
   return kQuery == Query::kAny ? &learnt.walk_of_any : &learnt.walk_of_closest;
 }
 
+/// Whether rays are taken to have most of their way in common.
+inline bool GoTogether(const SceneParts& scene, const RecordLayout& layout, size_t first,
+                       size_t count) {
+  if (scene.is_small) return true;
+  return count >= policy::kNeighbours && AreCoherent(layout, first, count, scene.bounds);
+}
+
 /// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack, where
-/// there is none for tags.
+/// there is none for tags. `together` is GoTogether.
 template <Query kQuery>
 void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count,
-               const CallOptions& options, SplitMemory& split_memory, RayRecord* rays,
-               FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
-               ListMemory lists, RayTag* tags, Statistics* statistics) {
+               bool together, const CallOptions& options, SplitMemory& split_memory,
+               RayRecord* rays, FullHit* hits, uint32_t* callers,
+               const InstanceMemory& instance_memory, ListMemory lists, RayTag* tags,
+               Statistics* statistics) {
   if (statistics) ++statistics->pieces;
-  const bool are_coherent =
-      scene.is_small ||
-      (count >= policy::kNeighbours && AreCoherent(RecordLayout(view), first, count, scene.bounds));
-  WalkChoice* const choice = are_coherent ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
+  WalkChoice* const choice = together ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
   for (size_t done = 0; done < count;) {
     CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
@@ -251,7 +268,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                    view.instance_value,
                    callers};
     const size_t left = count - done;
-    size_t by_lists = are_coherent ? 0 : count;
+    size_t by_lists = together ? 0 : count;
     if (choice && left >= policy::kFewestByLists) by_lists = HWY_MIN(left, choice->rays_by_lists());
     if (by_lists == 0) {
       done += TraceByGroups<kQuery>(task, left, callers, lists, choice);

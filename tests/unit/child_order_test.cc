@@ -28,7 +28,7 @@ TEST(ChildOrderTest, TheCheapestOrderIsTaken) {
     uint64_t costs[] = {7, 7, 7};
     costs[static_cast<std::size_t>(cheapest)] = 5;
     constexpr uint32_t kTrials = 4, kPeriod = 50;
-    constexpr std::ptrdiff_t kTrial = LearntOrder::kOrders * kTrials;
+    constexpr std::ptrdiff_t kTrial = std::ssize(kOrders) * kTrials;
     LearntOrder learnt(kTrials, kPeriod);
     const auto orders = Learn(learnt, costs, 200);
     // At first as stored; from one trial to the next it is twice as long, up to the period.
@@ -78,8 +78,8 @@ TEST(ChildOrderTest, TheFirstBatchesSayNothing) {
 TEST(ChildOrderTest, BatchesCountAsTheyAreLarge) {
   constexpr uint32_t kTrials = 8;
   LearntOrder learnt(kTrials, 2048);
-  learnt.Count(1, LearntOrder::kOrders * kTrials);
   const uint32_t sizes[] = {20, 30, 40};
+  learnt.Count(1, std::size(sizes) * kTrials);
   const uint64_t costs[] = {8, 6, 7};
   for (std::size_t i = 0; i < std::size(sizes); ++i) {
     EXPECT_EQ(learnt.Next(), static_cast<ChildOrder>(i));

@@ -52,9 +52,8 @@ RayRecord RecordOf(const Float3& org, const Float3& dir) {
   return ray;
 }
 
-/// Who takes rays through a partition: those of lists, or FewTracer, as rays that have something in
-/// common or nothing.
-enum class By { kLists, kFew, kFewApart };
+/// Who takes rays through a partition.
+enum class By { kLists, kFew };
 
 /// How rays go through a partition.
 struct Way {
@@ -94,8 +93,6 @@ class Tracer {
     std::iota(list.begin(), list.end(), RayNumber{0});
     if (way.by == By::kFew) {
       FewTracer<kQuery>(task).Trace(root_, list.data(), count, memory);
-    } else if (way.by == By::kFewApart) {
-      FewTracer<kQuery, true>(task).Trace(root_, list.data(), count, memory);
     } else {
       TraceRaysFrom<kQuery>(task, root_, count, memory);
     }
@@ -238,14 +235,12 @@ void DeeperThanAnyStack() {
     // Some side by side, as many as there are, and more and less than go abreast.
     for (const size_t count : {2, 3, 4, 5, 9, 60}) {
       const std::vector<RayRecord> some(rays.begin(), rays.begin() + count);
-      for (const By by : {By::kFew, By::kFewApart}) {
-        const Way way{0, true, true, by};
-        const auto closest = tracer.Trace<Query::kClosest>(some, way);
-        const auto any = tracer.Trace<Query::kAny>(some, way);
-        for (size_t i = 0; i < count; ++i) {
-          ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
-          ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
-        }
+      const Way way{0, true, true, By::kFew};
+      const auto closest = tracer.Trace<Query::kClosest>(some, way);
+      const auto any = tracer.Trace<Query::kAny>(some, way);
+      for (size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
+        ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
       }
     }
     // Alone, which is how single rays come.
@@ -317,7 +312,7 @@ void EveryBudgetAndEveryMemory() {
           // Twice: through what the first call has left.
           for (int call = 0; call < 2; ++call) {
             Tracer tracer(*soup.scene, soup.scene->partition(), soup.scene->kept->root());
-            for (const By by : {By::kLists, By::kFew, By::kFewApart}) {
+            for (const By by : {By::kLists, By::kFew}) {
               const Way way{bytes, keeps, has_scratch, by};
               ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
               ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);

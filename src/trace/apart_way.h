@@ -1,0 +1,40 @@
+// How a few rays go that have next to nothing in common.
+//
+// Alone, each takes the short way of a single ray, and the processor guesses where it goes; some
+// abreast, one is tested while another waits for memory. Which is quicker depends on how much they
+// wait and how well they can be guessed: calls of 64 ambient rays took 1.36 times as long abreast
+// in a scene of 7,088 triangles, and 1.15 times as long alone in one of 871,000. So it is learnt.
+//
+// What rays hit does not depend on it.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/ticks.h"
+#include "trace/learnt_best.h"
+
+namespace dacrt {
+
+enum class ApartWay : uint8_t { kAlone, kAbreast };
+
+/// Learns by the time of some calls, and asks no clock in the others.
+class LearntWay {
+ public:
+  /// Takes so many rays one way or the other.
+  template <class Alone, class Abreast>
+  void Trace(uint32_t rays, const Alone& alone, const Abreast& abreast) {
+    const bool is_timed = best_.is_trial();
+    const uint64_t start = is_timed ? Ticks() : 0;
+    if (static_cast<ApartWay>(best_.Next()) == ApartWay::kAlone) {
+      alone();
+    } else {
+      abreast();
+    }
+    best_.Count(is_timed ? Ticks() - start : 0, rays);
+  }
+
+ private:
+  LearntBest<2> best_{8192, 1 << 19, 512};  ///< batches are rays
+};
+
+}  // namespace dacrt

@@ -1,0 +1,106 @@
+// Rays that have next to nothing in common go one way or another, which changes nothing.
+#include "trace/apart_way.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "native_scene.h"
+#include "trace/policy.h"
+
+namespace dacrt {
+namespace {
+
+void Spin() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(20);
+  while (std::chrono::steady_clock::now() < end) continue;
+}
+
+TEST(ApartWayTest, MostGoTheQuickerWay) {
+  for (const bool alone_is_quicker : {false, true}) {
+    LearntWay way;
+    constexpr uint32_t kRays = 64, kCalls = 4096;
+    uint32_t alone = 0, abreast = 0;
+    for (uint32_t i = 0; i < kCalls; ++i) {
+      way.Trace(
+          kRays,
+          [&] {
+            ++alone;
+            if (!alone_is_quicker) Spin();
+          },
+          [&] {
+            ++abreast;
+            if (alone_is_quicker) Spin();
+          });
+    }
+    EXPECT_EQ(alone + abreast, kCalls);
+    // The other way is tried now and then.
+    const uint32_t other = alone_is_quicker ? abreast : alone;
+    EXPECT_GT(other, 0u);
+    EXPECT_LT(other, kCalls / 4);
+  }
+}
+
+/// A scene that is not small, and calls of few rays, enough of them for each way.
+class ShortCallsTest : public testing::Test {
+ protected:
+  static constexpr std::size_t kRays = 1000, kRounds = 64;
+
+  void SetUp() override {
+    unit::Random random(3);
+    meshes_ = {unit::MakeSoup(random, 3 * policy::kSmallScene, 1, 0.2f),
+               unit::MakeSoup(random, 100, 1, 0.3f)};
+    scene_ = std::make_unique<Scene>(
+        device_, std::vector{Triangles(meshes_[0].vertices, meshes_[0].triangles, 7),
+                             Triangles(meshes_[1].vertices, meshes_[1].triangles, 3, 2)});
+    for (std::size_t i = 0; i < kRays; i += 7) rays_[i].ray.mask = static_cast<uint32_t>(i) % 4;
+    for (std::size_t i = 3; i < kRays; i += 11) rays_[i].ray.tfar = 0.3f;
+    found_ = rays_;
+    scene_->ClosestHits(found_);
+  }
+
+  std::vector<unit::Mesh> meshes_;
+  const std::shared_ptr<Device> device_ = std::make_shared<Device>();
+  std::unique_ptr<Scene> scene_;
+  std::vector<RayHit> rays_ = MakeRayHits(2, kRays), found_;
+};
+
+/// Calls `trace` for some rays in a row, until all of them have had their turn.
+template <class T, class Trace>
+void ForEachCall(std::vector<T>& rays, const Trace& trace) {
+  for (std::size_t begin = 0, call = 0; begin < rays.size(); ++call) {
+    const std::size_t count = std::min(rays.size() - begin, std::size_t{1} + 37 * call % 100);
+    trace(std::span(rays).subspan(begin, count));
+    begin += count;
+  }
+}
+
+TEST_F(ShortCallsTest, FindTheSameClosestHits) {
+  for (std::size_t round = 0; round < kRounds; ++round) {
+    std::vector<RayHit> rays = rays_;
+    ForEachCall(rays, [&](std::span<RayHit> some) { scene_->ClosestHits(some); });
+    for (std::size_t i = 0; i < kRays; ++i) ASSERT_TRUE(SameBits(rays[i], found_[i])) << i;
+  }
+}
+
+TEST_F(ShortCallsTest, BlockTheSameRays) {
+  std::vector<Ray> before;
+  for (const RayHit& ray : rays_) before.push_back(ray.ray);
+  for (std::size_t round = 0; round < kRounds; ++round) {
+    std::vector<Ray> rays = before;
+    ForEachCall(rays, [&](std::span<Ray> some) { scene_->AnyHits(some); });
+    for (std::size_t i = 0; i < kRays; ++i) {
+      const float expected = found_[i].hit ? -unit::kInfinity : before[i].tfar;
+      ASSERT_EQ(rays[i].tfar, expected) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dacrt
