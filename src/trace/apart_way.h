@@ -34,7 +34,7 @@ class LearntWay {
   }
 
  private:
-  LearntBest<2> best_{8192, 1 << 19, 512};  ///< batches are rays
+  LearntBest<2> best_{4096, 1 << 19, 512};  ///< batches are rays
 };
 
 }  // namespace dacrt
