@@ -1,6 +1,7 @@
 // What a thread has learnt about how rays are best traced in a scene. None of it changes a hit.
 #pragma once
 
+#include "dacrt/settings.h"
 #include "trace/apart_way.h"
 #include "trace/child_order.h"
 #include "trace/walk_choice.h"
@@ -8,10 +9,17 @@
 namespace dacrt {
 
 struct Learnt {
+  /// About the rays of a query.
+  struct OfQuery {
+    WalkChoice walk;  ///< of those that run close together
+    LearntWay apart;  ///< of those that have next to nothing in common
+  };
+
   LearntOrder order_of_groups{8, 2048};         ///< costs are visits
   LearntOrder order_of_rays{1 << 15, 1 << 22};  ///< of those in lists; costs are ticks
-  WalkChoice walk_of_closest, walk_of_any;
-  LearntWay apart_of_closest, apart_of_any;
+  OfQuery of_closest, of_any;
+
+  OfQuery& Of(Query query) { return query == Query::kAny ? of_any : of_closest; }
 };
 
 /// What the calling thread has learnt about a scene that it asks for by an address: calls are often

@@ -65,9 +65,9 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
       kQuery == Query::kClosest ? layout.has_hit_records() : layout.has_records();
   const auto on_stack = [&] { TraceOnStack<kQuery>(scene, view, together, options, pool); };
   if (together || !are_packets || scene.has_callbacks) return on_stack();
-  LearntApart<kQuery>(scene).Trace(
-      static_cast<uint32_t>(view.count),
-      [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); }, on_stack);
+  const auto singles = [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); };
+  LearntWay& learnt = LearntAbout(scene.kept.get()).Of(kQuery).apart;
+  learnt.Trace(static_cast<uint32_t>(view.count), singles, on_stack);
 }
 
 void TraceShort(Query query, const SceneParts& scene, const RayView& view,

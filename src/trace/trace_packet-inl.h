@@ -37,13 +37,6 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   }
 }
 
-/// What a thread has learnt about rays that have next to nothing in common.
-template <Query kQuery>
-HWY_INLINE LearntWay& LearntApart(const SceneParts& scene) {
-  Learnt& learnt = LearntAbout(scene.kept.get());
-  return kQuery == Query::kAny ? learnt.apart_of_any : learnt.apart_of_closest;
-}
-
 /// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
 /// group.
 template <Query kQuery>
@@ -121,7 +114,7 @@ HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
   });
 }
 
-/// The lanes of a packet, as one group or one by one.
+/// The lanes of a packet, as one group, one by one, or some abreast.
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                 WorkspacePool& pool) {
@@ -134,9 +127,9 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
       TraceOneByOne<kQuery>(scene, packet, options, pool, lanes, active);
     };
     if (scene.is_small || count < policy::kFewAbreast) return one_by_one();
-    return LearntApart<kQuery>(scene).Trace(static_cast<uint32_t>(count), one_by_one, [&] {
-      TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active);
-    });
+    LearntWay& learnt = LearntAbout(scene.kept.get()).Of(kQuery).apart;
+    return learnt.Trace(static_cast<uint32_t>(count), one_by_one,
+                        [&] { TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active); });
   }
   StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};

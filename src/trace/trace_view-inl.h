@@ -231,8 +231,7 @@ size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemor
 template <Query kQuery>
 WalkChoice* WalkChoiceFor(const SceneParts& scene, size_t count) {
   if (scene.is_small || count < policy::kFewestByLists) return nullptr;
-  Learnt& learnt = LearntAbout(scene.kept.get());
-  return kQuery == Query::kAny ? &learnt.walk_of_any : &learnt.walk_of_closest;
+  return &LearntAbout(scene.kept.get()).Of(kQuery).walk;
 }
 
 /// Whether rays are taken to have most of their way in common.
