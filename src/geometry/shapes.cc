@@ -393,19 +393,6 @@ Box Shapes::BoundItemAt(uint32_t geometry, uint32_t item, Moment moment) const {
   return bounds;
 }
 
-std::optional<Moment> Shapes::MomentAt(uint32_t geometry, float time) const {
-  const uint32_t steps = derived_[geometry].steps;
-  if (steps == 1) return Moment{};
-  const TimeRange& range = geometries_[geometry].time_range;
-  if (!(time >= range.begin && time <= range.end)) return std::nullopt;
-  const float segments = static_cast<float>(steps - 1);
-  const float place = (time - range.begin) / (range.end - range.begin) * segments;
-  // A range of no length is at its first step.
-  const float step = std::min(std::max(std::floor(place), 0.0f), segments - 1);
-  if (!(step >= 0)) return Moment{};
-  return Moment{static_cast<uint32_t>(step), place - step};
-}
-
 GridCell Shapes::CellOf(uint32_t geometry, uint32_t item) const {
   const std::vector<uint32_t>& first = derived_[geometry].first_cells;
   const auto grid =

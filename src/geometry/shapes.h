@@ -4,6 +4,8 @@
 // bounds over all times, and a name of two numbers, (geometry, item), as a triangle has.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -35,6 +37,29 @@ struct Point {
 struct Moment {
   uint32_t step = 0;
   float fraction = 0;
+};
+
+/// The time steps of a geometry, which stand at equal distances in its time range.
+class TimeSteps {
+ public:
+  TimeSteps(uint32_t count, const TimeRange& range) : count_(count), range_(range) {}
+
+  /// Nothing if the geometry is not there at `time`.
+  std::optional<Moment> At(float time) const {
+    if (count_ == 1) return Moment{};
+    if (!(time >= range_.begin && time <= range_.end)) return std::nullopt;
+    const float segments = static_cast<float>(count_ - 1);
+    const float place = (time - range_.begin) / (range_.end - range_.begin) * segments;
+    // A range of no length is at its first step.
+    if (std::isnan(place)) return Moment{};
+    if (count_ == 2) return Moment{0, place};
+    const float step = std::min(std::max(std::floor(place), 0.0f), segments - 1);
+    return Moment{static_cast<uint32_t>(step), place - step};
+  }
+
+ private:
+  uint32_t count_;
+  TimeRange range_;
 };
 
 /// A cell of a grid primitive.
@@ -84,8 +109,13 @@ class Shapes {
   /// what can be hit at other times.
   LinearBounds BoundLinearly() const;
 
+  TimeSteps StepsOf(uint32_t geometry) const {
+    return {derived_[geometry].steps, geometries_[geometry].time_range};
+  }
   /// Nothing if the geometry is not there at `time`.
-  std::optional<Moment> MomentAt(uint32_t geometry, float time) const;
+  std::optional<Moment> MomentAt(uint32_t geometry, float time) const {
+    return StepsOf(geometry).At(time);
+  }
 
   /// False if an index is outside the vertices.
   bool ReadFacet(uint32_t geometry, uint32_t item, Moment moment, Facet& facet) const;

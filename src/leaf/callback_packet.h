@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "rays/record_layout.h"
 #include "trace/trace_task.h"
 
 namespace dacrt {
@@ -23,14 +24,49 @@ class alignas(64) CallbackPacket {
     std::memset(values_, 0, kPacketComponents * width_ * sizeof(uint32_t));
   }
 
-  /// Ray `ray`, which goes on to `tfar`, into a lane.
-  void SetRay(std::size_t lane, RayNumber ray, float tfar);
-  void SetHit(std::size_t lane, const FullHit& hit);
+  /// A ray, which goes on to `tfar`, into a lane.
+  void SetRay(std::size_t lane, RayNumber number, float tfar) {
+    using enum PacketComponent;
+    const RayRecord& ray = task_.rays[number];
+    const RayTag tag = task_.TagOf(number);
+    Set(kOrgX, lane, ray.org[0]);
+    Set(kOrgY, lane, ray.org[1]);
+    Set(kOrgZ, lane, ray.org[2]);
+    Set(kTnear, lane, ray.tnear);
+    Set(kDirX, lane, ray.dir[0]);
+    Set(kDirY, lane, ray.dir[1]);
+    Set(kDirZ, lane, ray.dir[2]);
+    Set(kTime, lane, ray.time);
+    Set(kTfar, lane, tfar);
+    Set(kMask, lane, ray.mask);
+    Set(kId, lane, tag.id);
+    Set(kFlags, lane, tag.flags);
+  }
+  void SetHit(std::size_t lane, const FullHit& hit) {
+    using enum PacketComponent;
+    Set(kNgX, lane, hit.ng[0]);
+    Set(kNgY, lane, hit.ng[1]);
+    Set(kNgZ, lane, hit.ng[2]);
+    Set(kU, lane, hit.u);
+    Set(kV, lane, hit.v);
+    Set(kPrimitiveId, lane, hit.primitive_id);
+    Set(kGeometryId, lane, hit.geometry_id);
+    Set(kInstanceId, lane, hit.instance_id);
+  }
   /// With the ray's distance.
-  FullHit GetHit(std::size_t lane) const;
+  FullHit GetHit(std::size_t lane) const { return RecordLayout::ReadHit(values_, width_, lane); }
 
   /// What a callback for a geometry is called with.
-  CallbackArguments Arguments(Query query, uint32_t geometry, uint32_t primitive_id);
+  CallbackArguments Arguments(Query query, uint32_t geometry, uint32_t primitive_id) {
+    return {query,
+            static_cast<uint32_t>(width_),
+            valid,
+            values_,
+            task_.scene.geometries[geometry].geometry_id,
+            primitive_id,
+            task_.instance_id,
+            task_.frame.options.call};
+  }
 
   int32_t valid[kMostLanes];
 

@@ -92,7 +92,7 @@ class FacetTest {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
     if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
-      hwy::Prefetch(task_.partition.order + block_.first);  // for names, which will be asked
+      FetchForFilters(list, count);
     }
     if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
     TestStill<false>(list, count);
@@ -160,6 +160,15 @@ class FacetTest {
     hwy::Prefetch(&task_.rays[list[i < count ? i : count - 1]]);
   }
 
+  /// What filter functions will ask: names, and what only they want to know of rays.
+  HWY_INLINE void FetchForFilters(const RayNumber* list, size_t count) const {
+    hwy::Prefetch(task_.partition.order + block_.first);
+    for (size_t i = 0; i < count; ++i) {
+      if (task_.callers) hwy::Prefetch(task_.callers + list[i]);
+      if (task_.tags) hwy::Prefetch(task_.tags + list[i]);
+    }
+  }
+
   void TestTimed(const RayNumber* list, size_t count) const {
     TimedFacets facets;
     for (size_t i = 0; i < count; ++i) {
@@ -173,14 +182,14 @@ class FacetTest {
   }
 
   void TestMoving(const RayNumber* list, size_t count) const {
-    const Shapes& shapes = task_.scene.geometries.shapes();
+    const TimeSteps steps = task_.scene.geometries.shapes().StepsOf(block_.geometry);
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
       const CornerLanes begin = DecodeCorners(block_, part, 0);
       const CornerLanes end = DecodeCorners(block_, part, 1);
       for (size_t i = 0; i < count; ++i) {
-        const std::optional<Moment> moment =
-            shapes.MomentAt(block_.geometry, task_.rays[list[i]].time);
+        Fetch(list, i + kAhead, count);
+        const std::optional<Moment> moment = steps.At(task_.rays[list[i]].time);
         if (!moment) continue;
         const CornerLanes corners = Interpolate(begin, end, moment->fraction);
         TestRay<false>(list[i], corners.Triangles(), corners, part, nullptr);
@@ -205,7 +214,9 @@ class FacetTest {
                                const TestTrianglesOf<EightPart>& triangles, size_t part,
                                const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
-    if (!kInLeaf || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
+    // Which lanes block a ray is as well known at its time.
+    const bool names_wait = kInLeaf || (kQuery == Query::kAny && timed == nullptr);
+    if (!names_wait || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);

@@ -40,7 +40,7 @@ inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry, const
           /*keeps_leaf_hits=*/true,
           outer.frame,
           outer.split_memory,
-          {nullptr, nullptr, nullptr, 0},
+          InstanceMemory{},
           outer.statistics,
           outer.finish_hit,
           outer.scene.geometries[geometry].geometry_id,
@@ -83,7 +83,7 @@ class InstanceRays {
     RayRecord& ray = inner_.rays[count_];
     transform_.Apply(outer, ray);
     if (ray.state & RayRecord::kHasHit) ray.state |= RayRecord::kOfOuter;
-    outer_[count_] = number;
+    inner_.outer[count_] = number;
     inner_.callers[count_] = task_.CallerOf(number);
     if (++count_ == inner_.count) Trace();
   }
@@ -92,8 +92,8 @@ class InstanceRays {
     if (count_ == 0) return;
     const SceneParts& scene =
         still_ ? *still_->scene : *task_.scene.geometries.shapes().InstancedScene(geometry_);
-    const TraceTask task = TaskInInstance(task_, geometry_, scene,
-                                          still_ ? still_->partition : scene.partition(), outer_);
+    const TraceTask task = TaskInInstance(
+        task_, geometry_, scene, still_ ? still_->partition : scene.partition(), inner_.outer);
     if (HWY_LIKELY(still_ && still_->all)) {
       TraceRaysFrom<kQuery>(task, still_->Root(), count_, memory_);
     } else {
@@ -106,7 +106,7 @@ class InstanceRays {
     };
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];
-      RayRecord& outer = task_.rays[outer_[i]];
+      RayRecord& outer = task_.rays[inner_.outer[i]];
       outer.tfar = std::min(outer.tfar, ray.tfar);
       constexpr uint32_t kWhose = RayRecord::kHasHit | RayRecord::kOfOuter;
       if (kQuery == Query::kAny || (ray.state & kWhose) != RayRecord::kHasHit) continue;
@@ -124,10 +124,10 @@ class InstanceRays {
  private:
   /// Gives an outer ray the hit that it has in the instance.
   void Take(size_t i, uint32_t geometry, const FullHit& hit) const {
-    RayRecord& outer = task_.rays[outer_[i]];
+    RayRecord& outer = task_.rays[inner_.outer[i]];
     outer.state = RayRecord::kHasHit | (inner_.rays[i].state & RayRecord::kAtLimit);
     outer.hit = geometry;
-    task_.hits[outer_[i]] = hit;
+    task_.hits[inner_.outer[i]] = hit;
   }
 
   const TraceTask& task_;
@@ -137,7 +137,6 @@ class InstanceRays {
   const InstanceLeaf* const still_;  ///< null if the instance moves
   InstanceTransform transform_;
   float time_ = 0;
-  RayNumber outer_[InstanceMemory::kRays];
   size_t count_ = 0;
 };
 

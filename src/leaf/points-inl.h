@@ -7,7 +7,10 @@
 #define DACRT_LEAF_POINTS_INL_H_
 #endif
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "geometry/triangle_test-inl.h"
@@ -89,12 +92,17 @@ struct LeafPoints {
 template <Query kQuery>
 class PointTest {
  public:
-  PointTest(const TraceTask& task, const LeafBlock& block) : task_(task), block_(block) {}
+  PointTest(const TraceTask& task, const LeafBlock& block)
+      : task_(task),
+        block_(block),
+        asks_names_(task.checks_masks || task.scene.geometries.shapes().has_filters(kQuery)) {}
 
   void Test(const RayNumber* list, size_t count) const {
     LeafPoints points;
     if (!block_.is_timed) points.Load(block_);
+    hwy::Prefetch(task_.partition.order + block_.first);  // for names
     for (size_t i = 0; i < count; ++i) {
+      if (i + kAhead < count) hwy::Prefetch(&task_.rays[list[i + kAhead]]);
       const float time = task_.rays[list[i]].time;
       if (block_.is_timed && (i == 0 || time != points.time)) {
         points.Gather(task_, block_, time);
@@ -104,8 +112,11 @@ class PointTest {
   }
 
  private:
+  static constexpr size_t kAhead = 4;
+
   void TestRay(RayNumber number, const LeafPoints& points, size_t part) const {
     const RayRecord& record = task_.rays[number];
+    if (kQuery == Query::kAny && record.tfar < 0) return;
     const size_t first = part * kPartLanes;
     TestRaysOf<EightPart> ray;
     EightPart center[3];
@@ -166,6 +177,11 @@ class PointTest {
         hn::And(hn::Le(hn::Max(ray.tnear, hn::Zero(kEightTag)), t), hn::Le(t, ray.tfar));
     const uint64_t lanes = meet & Bits(kEightTag, within);
     if (lanes == 0) return;
+    RayRecord& record = task_.rays[number];
+    if (kQuery == Query::kAny && !asks_names_) {
+      record.tfar = -std::numeric_limits<float>::infinity();
+      return;
+    }
     HWY_ALIGN float key[kPartLanes], distance[kPartLanes], normal[3][kPartLanes];
     hn::Store(t, kEightTag, distance);
     hn::Store(hn::Max(t, interval.entry), kEightTag, key);
@@ -174,6 +190,11 @@ class PointTest {
       Candidate candidate;
       candidate.key = key[lane];
       candidate.within_limit = true;
+      // Before the name is asked for, which is seldom in a cache.
+      if (kQuery == Query::kClosest &&
+          Compare(record, candidate.key, candidate.within_limit) == Closeness::kFarther) {
+        return;
+      }
       candidate.t = distance[lane];
       for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = normal[axis][lane];
       candidate.u = candidate.v = 0;
@@ -186,6 +207,7 @@ class PointTest {
 
   const TraceTask& task_;
   const LeafBlock& block_;
+  const bool asks_names_;  ///< to find out whether a ray is blocked
 };
 
 }  // namespace HWY_NAMESPACE

@@ -10,11 +10,14 @@ namespace dacrt {
 
 /// Memory for the rays that are in an instance.
 struct InstanceMemory {
-  static constexpr std::size_t kRays = 256;
+  /// At most. With 256, 1,024, 4,096 and 16,384, rays of calls of 64K took 155, 132, 123 and 122 ns
+  /// (ambient) and 389, 326, 293 and 292 (diffuse) of a hall that is one instance.
+  static constexpr std::size_t kRays = 4096;
 
   RayRecord* rays;
   FullHit* hits;
   uint32_t* callers;  ///< the numbers of the caller's rays in the piece
+  RayNumber* outer;   ///< the numbers of the rays outside
   std::size_t count;  ///< rays that there is room for
 };
 

@@ -42,7 +42,7 @@ WorkspaceShape WorkspaceShape::ForKept(std::size_t piece_rays, const SceneTraits
   shape.records = piece_rays;
   shape.list_bytes = kListLevels * ListBytes(piece_rays);
   shape.tags = scene.has_callbacks ? piece_rays : 0;
-  shape.instance_rays = scene.has_instances ? InstanceMemory::kRays : 0;
+  shape.instance_rays = scene.has_instances ? std::min(piece_rays, InstanceMemory::kRays) : 0;
   return shape;
 }
 
@@ -80,6 +80,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   instance_memory_.rays = cutter.Cut<RayRecord>(shape.instance_rays);
   instance_memory_.hits = cutter.Cut<FullHit>(shape.instance_rays);
   instance_memory_.callers = cutter.Cut<uint32_t>(shape.instance_rays);
+  instance_memory_.outer = cutter.Cut<RayNumber>(shape.instance_rays);
   // Behind all that calls write to: where scenes are plain nobody does, and no page is taken.
   hits_ = cutter.Cut<FullHit>(shape.records);
   refs_ = {cutter.Cut<TriangleRef>(shape.refs), shape.refs};

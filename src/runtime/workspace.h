@@ -28,11 +28,14 @@ struct SceneTraits {
 ///
 /// With a kept partition
 ///   bytes = kRecordBytes * R + kListLevels * ListBytes(R)
-///           + kTagBytes * tags + kRecordBytes * instance_rays + kConstantBytes
+///           + kTagBytes * tags + kInstanceRayBytes * instance_rays + kConstantBytes
 ///
 /// records: each has one, a full hit, and its number.
 ///
 /// tags: one a ray in scenes with functions of the program's, which see them.
+///
+/// instance_rays: in scenes with instances, those that go down one together, at most R; each has
+/// what records have, and its number outside.
 ///
 /// lists: a visit of a node takes three bytes for each of its rays (trace/trace_task.h). The lists
 /// of kListLevels levels fit if every ray were in each; as a rule they get shorter from level to
@@ -68,6 +71,7 @@ struct WorkspaceShape {
   static constexpr std::size_t kRayBytes = sizeof(PaperHit) + sizeof(uint32_t);
   static constexpr std::size_t kRecordBytes =
       sizeof(RayRecord) + sizeof(FullHit) + sizeof(uint32_t);
+  static constexpr std::size_t kInstanceRayBytes = kRecordBytes + sizeof(RayNumber);
   static constexpr std::size_t kTagBytes = sizeof(RayTag);
   static constexpr std::size_t kListLevels = 16;
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.
@@ -88,7 +92,7 @@ struct WorkspaceShape {
   std::size_t Bytes() const {
     return kRefBytes * refs + kSlotBytes * slots + slots / 8 + kRayBytes * rays +
            kConeBytes * cones + kFullHitBytes * full_hits + kRecordBytes * records + list_bytes +
-           kTagBytes * tags + kRecordBytes * instance_rays + kConstantBytes;
+           kTagBytes * tags + kInstanceRayBytes * instance_rays + kConstantBytes;
   }
 
   std::size_t records = 0;

@@ -261,7 +261,7 @@ class GroupFacets {
     const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
     const V key = hn::Max(distance, entry);
     GroupHits<kMost> hits;
-    if (Lanes() < kMost) hits.SetNone();  // of the other vectors
+    if (HWY_UNLIKELY(task_.frame.options.callback_width > Lanes())) hits.SetNone();
     const bool is_second = block.second >> i & 1;
     const auto put = [&](V value, float* values)
                          HWY_ATTR { hn::Store(value, kFloat, values + first); };
@@ -276,8 +276,7 @@ class GroupFacets {
     hn::Store(hn::Set(kUint, geometry_id), kUint, hits.geometry_id + first);
     hn::Store(hn::Set(kUint, task_.instance_id), kUint, hits.instance_id + first);
     const auto call = [&](M offered, const auto& change) HWY_ATTR {
-      return rays_.Packets().Call(filter, kQuery, name,
-                                  Bits(offered) << first, hits.t, hits,
+      return rays_.Packets().Call(filter, kQuery, name, Bits(offered) << first, hits.t, hits,
                                   change);
     };
     if constexpr (kQuery == Query::kAny) {

@@ -19,9 +19,12 @@ struct StackMemory {
   FullHit instance_hits[kInstanceRays];
   uint32_t numbers[kRays];  ///< of the caller's rays, where they are not those of `rays`
   uint32_t callers[kInstanceRays];
+  RayNumber outer[kInstanceRays];
   alignas(64) std::byte lists[kLevels * ListBytes(kRays)];
 
-  InstanceMemory ForInstances() { return {instance_rays, instance_hits, callers, kInstanceRays}; }
+  InstanceMemory ForInstances() {
+    return {instance_rays, instance_hits, callers, outer, kInstanceRays};
+  }
   ListMemory Lists() { return {lists, lists + sizeof(lists)}; }
 };
 

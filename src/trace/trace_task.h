@@ -16,18 +16,10 @@ namespace dacrt {
 struct CallFrame {
   /// Values of a caller's ray that are not in its record, or what stands for absent ones.
   RayTag Tag(uint32_t ray) const {
-    if (tags) return tags[ray];
     return {Read(PacketComponent::kId, &RayView::id, ray, UINT32_MAX),
             Read(PacketComponent::kFlags, &RayView::flags, ray, UINT32_MAX)};
   }
   float Time(uint32_t ray) const { return Read(PacketComponent::kTime, &RayView::time, ray, 0.0f); }
-
-  /// Keeps the tags of the first `count` rays in `memory`: where many rays are sorted, those of the
-  /// next one asked for are in no cache.
-  void KeepTags(std::size_t count, RayTag* memory) {
-    for (std::size_t i = 0; i < count; ++i) memory[i] = Tag(static_cast<uint32_t>(i));
-    tags = memory;
-  }
 
   std::size_t ray_count() const { return packet ? packet->lanes : view->count; }
 
@@ -36,7 +28,6 @@ struct CallFrame {
   std::size_t first;        ///< ray of the view with which the piece begins
   const CallOptions& options;
   uint32_t no_instance;  ///< what hits outside of instances get
-  const RayTag* tags = nullptr;  ///< of the rays from `first` on, if they are kept
 
  private:
   template <class T>
@@ -79,8 +70,16 @@ struct TraceTask {
   const TraceTask* outer = nullptr;       ///< whose rays these are, in an instance or a part of it
   const RayNumber* outer_rays = nullptr;  ///< their numbers there; null: the same
   ChildOrder any_hit_order = ChildOrder::kAsStored;
+  /// By ray number, or null: where many rays are sorted, those of the next one that is asked for
+  /// are in no cache.
+  const RayTag* tags = nullptr;
 
   uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
+
+  RayTag TagOf(RayNumber ray) const {
+    if (tags) return tags[ray];
+    return outer_rays ? outer->TagOf(outer_rays[ray]) : frame.Tag(CallerOf(ray));
+  }
 
   /// The hit of a ray in that state that is not known by leaf and lane.
   const FullHit& FullHitOf(RayNumber ray, uint32_t state) const {

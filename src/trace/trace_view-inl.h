@@ -120,13 +120,24 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
   return 2 * narrow > looks;
 }
 
-/// Rays of the view as lists of numbers of records.
+/// The tags of loaded rays, kept by their numbers.
+inline void KeepTags(TraceTask& task, const LoadedRays& loaded, RayTag* tags) {
+  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
+    for (size_t i = loaded.begin[octant]; i < loaded.end[octant]; ++i) {
+      tags[i] = task.frame.Tag(task.callers[i]);
+    }
+  }
+  task.tags = tags;
+}
+
+/// Rays of the view as lists of numbers of records. Tags are kept where there is memory for them.
 template <Query kQuery>
 void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* callers,
-                  ListMemory lists) {
+                  ListMemory lists, RayTag* tags) {
   const LoadedRays loaded = LoadRecords(*task.frame.view, task.frame.first, count, rays, callers);
   if (task.statistics) task.statistics->rays += loaded.count;
   if (loaded.count == 0) return;
+  if (tags) KeepTags(task, loaded, tags);
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
@@ -252,7 +263,7 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
   if (statistics) ++statistics->pieces;
   WalkChoice* const choice = together ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
   for (size_t done = 0; done < count;) {
-    CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
+    const CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
                    scene.partition(),
                    rays,
@@ -273,9 +284,9 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
       done += TraceByGroups<kQuery>(task, left, callers, lists, choice);
       continue;
     }
-    if (tags && scene.has_callbacks) frame.KeepTags(by_lists, tags);
     const uint64_t start = choice ? Ticks() : 0;
-    TraceByLists<kQuery>(task, by_lists, rays, callers, lists);
+    TraceByLists<kQuery>(task, by_lists, rays, callers, lists,
+                         scene.has_callbacks ? tags : nullptr);
     if (choice) choice->CountLists(by_lists, Ticks() - start);
     done += by_lists;
   }

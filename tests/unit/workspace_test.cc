@@ -54,6 +54,7 @@ std::vector<Array> ArraysOf(const Workspace& workspace, const WorkspaceShape& sh
   add("instance_rays", instances.rays, instances.count);
   add("instance_hits", instances.hits, instances.count);
   add("instance_callers", instances.callers, instances.count);
+  add("instance_outer", instances.outer, instances.count);
   return arrays;
 }
 
@@ -94,9 +95,9 @@ TEST(WorkspaceTest, ArraysFitTheFormulaAndDoNotOverlap) {
   for (const Settings& settings : SettingsOfEveryAlgorithm()) {
     for (const std::size_t triangles : {1u, 2u, 3u, 7u, 1000u, 4097u}) {
       for (const std::size_t rays : kRayCounts) {
-        ExpectArraysFit(WorkspaceShape::ForPaper(triangles, rays, triangles % 2 == 1, settings),
-                        std::to_string(triangles) + " triangles, " + std::to_string(rays) +
-                            " rays");
+        ExpectArraysFit(
+            WorkspaceShape::ForPaper(triangles, rays, triangles % 2 == 1, settings),
+            std::to_string(triangles) + " triangles, " + std::to_string(rays) + " rays");
         if (HasFatalFailure()) return;
       }
     }
@@ -191,7 +192,8 @@ TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
   {
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(workspace.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)), std::bad_alloc);
+    EXPECT_THROW(workspace.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)),
+                 std::bad_alloc);
     EXPECT_EQ(workspace.bytes(), 0u) << "empty, as promised";
   }
   workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
@@ -259,7 +261,8 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
     loan.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
     const AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
-    EXPECT_THROW(loan.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)), std::bad_alloc);
+    EXPECT_THROW(loan.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)),
+                 std::bad_alloc);
     EXPECT_EQ(pool.BytesHeld(), 0u);
     EXPECT_EQ(told, 0) << "what it had had and what it did not get";
   }
