@@ -4,8 +4,6 @@
 // bounds over all times, and a name of two numbers, (geometry, item), as a triangle has.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -16,6 +14,7 @@
 #include "dacrt/geometry.h"
 #include "dacrt/settings.h"
 #include "geometry/box.h"
+#include "geometry/time_steps.h"
 
 namespace dacrt {
 
@@ -31,35 +30,6 @@ struct Point {
   float center[3];
   float radius;
   float normal[3];  ///< of an oriented disc
-};
-
-/// A time between two time steps: `fraction` of the way from `step` to the one behind it.
-struct Moment {
-  uint32_t step = 0;
-  float fraction = 0;
-};
-
-/// The time steps of a geometry, which stand at equal distances in its time range.
-class TimeSteps {
- public:
-  TimeSteps(uint32_t count, const TimeRange& range) : count_(count), range_(range) {}
-
-  /// Nothing if the geometry is not there at `time`.
-  std::optional<Moment> At(float time) const {
-    if (count_ == 1) return Moment{};
-    if (!(time >= range_.begin && time <= range_.end)) return std::nullopt;
-    const float segments = static_cast<float>(count_ - 1);
-    const float place = (time - range_.begin) / (range_.end - range_.begin) * segments;
-    // A range of no length is at its first step.
-    if (std::isnan(place)) return Moment{};
-    if (count_ == 2) return Moment{0, place};
-    const float step = std::min(std::max(std::floor(place), 0.0f), segments - 1);
-    return Moment{static_cast<uint32_t>(step), place - step};
-  }
-
- private:
-  uint32_t count_;
-  TimeRange range_;
 };
 
 /// A cell of a grid primitive.

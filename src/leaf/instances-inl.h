@@ -44,7 +44,7 @@ inline TraceTask TaskInInstance(const TraceTask& outer, uint32_t geometry, const
           outer.statistics,
           outer.finish_hit,
           outer.scene.geometries[geometry].geometry_id,
-          memory.callers,
+          /*callers=*/nullptr,
           &outer,
           numbers,
           outer.any_hit_order};
@@ -84,7 +84,6 @@ class InstanceRays {
     transform_.Apply(outer, ray);
     if (ray.state & RayRecord::kHasHit) ray.state |= RayRecord::kOfOuter;
     inner_.outer[count_] = number;
-    inner_.callers[count_] = task_.CallerOf(number);
     if (++count_ == inner_.count) Trace();
   }
 

@@ -16,8 +16,7 @@ struct InstanceMemory {
 
   RayRecord* rays;
   FullHit* hits;
-  uint32_t* callers;  ///< the numbers of the caller's rays in the piece
-  RayNumber* outer;   ///< the numbers of the rays outside
+  RayNumber* outer;  ///< the numbers of the rays outside
   std::size_t count;  ///< rays that there is room for
 };
 

@@ -35,7 +35,7 @@ struct SceneTraits {
 /// tags: one a ray in scenes with functions of the program's, which see them.
 ///
 /// instance_rays: in scenes with instances, those that go down one together, at most R; each has
-/// what records have, and its number outside.
+/// a record, a full hit, and its number outside.
 ///
 /// lists: a visit of a node takes three bytes for each of its rays (trace/trace_task.h). The lists
 /// of kListLevels levels fit if every ray were in each; as a rule they get shorter from level to
@@ -71,7 +71,8 @@ struct WorkspaceShape {
   static constexpr std::size_t kRayBytes = sizeof(PaperHit) + sizeof(uint32_t);
   static constexpr std::size_t kRecordBytes =
       sizeof(RayRecord) + sizeof(FullHit) + sizeof(uint32_t);
-  static constexpr std::size_t kInstanceRayBytes = kRecordBytes + sizeof(RayNumber);
+  static constexpr std::size_t kInstanceRayBytes =
+      sizeof(RayRecord) + sizeof(FullHit) + sizeof(RayNumber);
   static constexpr std::size_t kTagBytes = sizeof(RayTag);
   static constexpr std::size_t kListLevels = 16;
   /// Slots that rounding every block of a deep recursion up to whole vectors can take.

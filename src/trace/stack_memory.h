@@ -18,13 +18,10 @@ struct StackMemory {
   alignas(64) RayRecord instance_rays[kInstanceRays];
   FullHit instance_hits[kInstanceRays];
   uint32_t numbers[kRays];  ///< of the caller's rays, where they are not those of `rays`
-  uint32_t callers[kInstanceRays];
   RayNumber outer[kInstanceRays];
   alignas(64) std::byte lists[kLevels * ListBytes(kRays)];
 
-  InstanceMemory ForInstances() {
-    return {instance_rays, instance_hits, callers, outer, kInstanceRays};
-  }
+  InstanceMemory ForInstances() { return {instance_rays, instance_hits, outer, kInstanceRays}; }
   ListMemory Lists() { return {lists, lists + sizeof(lists)}; }
 };
 

@@ -377,23 +377,21 @@ class LoneTracer {
     }
     RayRecord instance_ray;
     FullHit instance_hit;
-    uint32_t caller;
     RayNumber outer;
     const CallFrame frame{nullptr, &call_.packet, 0, call_.options, call_.packet.instance_value};
     SplitMemory split_memory(call_.pool);
-    const TraceTask task{
-        scene_,
-        partition_,
-        &ray_,
-        &hit,
-        call_.checks_masks,
-        /*keeps_leaf_hits=*/true,
-        frame,
-        split_memory,
-        {&instance_ray, &instance_hit, &caller, &outer, call_.in_instance ? 0u : 1u},
-        nullptr,
-        FinishHit,
-        instance_id_};
+    const TraceTask task{scene_,
+                         partition_,
+                         &ray_,
+                         &hit,
+                         call_.checks_masks,
+                         /*keeps_leaf_hits=*/true,
+                         frame,
+                         split_memory,
+                         {&instance_ray, &instance_hit, &outer, call_.in_instance ? 0u : 1u},
+                         nullptr,
+                         FinishHit,
+                         instance_id_};
     trace(task);
     if constexpr (kQuery == Query::kClosest) {
       if (!(ray_.state & RayRecord::kHasHit)) return;

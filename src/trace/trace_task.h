@@ -66,7 +66,7 @@ struct TraceTask {
   Statistics* statistics;  ///< null on the short way
   FinishHitFunction finish_hit;
   uint32_t instance_id;                   ///< what hits get
-  const uint32_t* callers = nullptr;      ///< numbers of the caller's rays; null: those of `rays`
+  const uint32_t* callers = nullptr;      ///< numbers of the caller's rays; null: as outside
   const TraceTask* outer = nullptr;       ///< whose rays these are, in an instance or a part of it
   const RayNumber* outer_rays = nullptr;  ///< their numbers there; null: the same
   ChildOrder any_hit_order = ChildOrder::kAsStored;
@@ -74,11 +74,17 @@ struct TraceTask {
   /// are in no cache.
   const RayTag* tags = nullptr;
 
-  uint32_t CallerOf(RayNumber ray) const { return callers ? callers[ray] : ray; }
+  /// The number of a ray outside.
+  RayNumber OuterOf(RayNumber ray) const { return outer_rays ? outer_rays[ray] : ray; }
+
+  uint32_t CallerOf(RayNumber ray) const {
+    if (callers) return callers[ray];
+    return outer ? outer->CallerOf(OuterOf(ray)) : ray;
+  }
 
   RayTag TagOf(RayNumber ray) const {
     if (tags) return tags[ray];
-    return outer_rays ? outer->TagOf(outer_rays[ray]) : frame.Tag(CallerOf(ray));
+    return outer ? outer->TagOf(OuterOf(ray)) : frame.Tag(CallerOf(ray));
   }
 
   /// The hit of a ray in that state that is not known by leaf and lane.
@@ -97,7 +103,7 @@ struct TraceTask {
     }
     const bool is_own = keeps_leaf_hits && !(rays[ray].state & RayRecord::kOfOuter);
     if (!outer || is_own) return finish_hit(*this, ray, geometry);
-    return outer->HitOf(outer_rays ? outer_rays[ray] : ray, geometry);
+    return outer->HitOf(OuterOf(ray), geometry);
   }
 
   /// The same task over another partition of some of the scene's triangles.
