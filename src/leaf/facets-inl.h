@@ -214,7 +214,8 @@ class FacetTest {
                                const TestTrianglesOf<EightPart>& triangles, size_t part,
                                const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
-    // Which lanes block a ray is as well known at its time.
+    // Any hit needs no more than the lane, which is the block's unless facets were gathered for a
+    // time.
     const bool names_wait = kInLeaf || (kQuery == Query::kAny && timed == nullptr);
     if (!names_wait || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
       TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);

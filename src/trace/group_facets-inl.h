@@ -261,6 +261,7 @@ class GroupFacets {
     const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
     const V key = hn::Max(distance, entry);
     GroupHits<kMost> hits;
+    // Else packets hold lanes of this vector only, which are all written below.
     if (HWY_UNLIKELY(task_.frame.options.callback_width > Lanes())) hits.SetNone();
     const bool is_second = block.second >> i & 1;
     const auto put = [&](V value, float* values)
