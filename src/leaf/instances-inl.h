@@ -83,7 +83,7 @@ class InstanceRays {
     RayRecord& ray = inner_.rays[count_];
     transform_.Apply(outer, ray);
     if (ray.state & RayRecord::kHasHit) ray.state |= RayRecord::kOfOuter;
-    inner_.outer[count_] = number;
+    inner_.outer_rays[count_] = number;
     if (++count_ == inner_.count) Trace();
   }
 
@@ -92,7 +92,7 @@ class InstanceRays {
     const SceneParts& scene =
         still_ ? *still_->scene : *task_.scene.geometries.shapes().InstancedScene(geometry_);
     const TraceTask task = TaskInInstance(
-        task_, geometry_, scene, still_ ? still_->partition : scene.partition(), inner_.outer);
+        task_, geometry_, scene, still_ ? still_->partition : scene.partition(), inner_.outer_rays);
     if (HWY_LIKELY(still_ && still_->all)) {
       TraceRaysFrom<kQuery>(task, still_->Root(), count_, memory_);
     } else {
@@ -105,7 +105,7 @@ class InstanceRays {
     };
     for (size_t i = 0; i < count_; ++i) {
       const RayRecord& ray = inner_.rays[i];
-      RayRecord& outer = task_.rays[inner_.outer[i]];
+      RayRecord& outer = task_.rays[inner_.outer_rays[i]];
       outer.tfar = std::min(outer.tfar, ray.tfar);
       constexpr uint32_t kWhose = RayRecord::kHasHit | RayRecord::kOfOuter;
       if (kQuery == Query::kAny || (ray.state & kWhose) != RayRecord::kHasHit) continue;
@@ -123,10 +123,10 @@ class InstanceRays {
  private:
   /// Gives an outer ray the hit that it has in the instance.
   void Take(size_t i, uint32_t geometry, const FullHit& hit) const {
-    RayRecord& outer = task_.rays[inner_.outer[i]];
+    RayRecord& outer = task_.rays[inner_.outer_rays[i]];
     outer.state = RayRecord::kHasHit | (inner_.rays[i].state & RayRecord::kAtLimit);
     outer.hit = geometry;
-    task_.hits[inner_.outer[i]] = hit;
+    task_.hits[inner_.outer_rays[i]] = hit;
   }
 
   const TraceTask& task_;

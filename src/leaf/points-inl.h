@@ -100,7 +100,9 @@ class PointTest {
   void Test(const RayNumber* list, size_t count) const {
     LeafPoints points;
     if (!block_.is_timed) points.Load(block_);
-    hwy::Prefetch(task_.partition.order + block_.first);  // for names
+    if (kQuery == Query::kClosest || asks_names_) {
+      hwy::Prefetch(task_.partition.order + block_.first);
+    }
     for (size_t i = 0; i < count; ++i) {
       if (i + kAhead < count) hwy::Prefetch(&task_.rays[list[i + kAhead]]);
       const float time = task_.rays[list[i]].time;

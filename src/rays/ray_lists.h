@@ -16,8 +16,8 @@ struct InstanceMemory {
 
   RayRecord* rays;
   FullHit* hits;
-  RayNumber* outer;  ///< the numbers of the rays outside
-  std::size_t count;  ///< rays that there is room for
+  RayNumber* outer_rays;  ///< their numbers outside
+  std::size_t count;      ///< rays that there is room for
 };
 
 /// Lists are stacked in [top, end).

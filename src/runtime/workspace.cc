@@ -79,7 +79,7 @@ void Workspace::Reserve(const WorkspaceShape& shape) {
   instance_memory_.count = shape.instance_rays;
   instance_memory_.rays = cutter.Cut<RayRecord>(shape.instance_rays);
   instance_memory_.hits = cutter.Cut<FullHit>(shape.instance_rays);
-  instance_memory_.outer = cutter.Cut<RayNumber>(shape.instance_rays);
+  instance_memory_.outer_rays = cutter.Cut<RayNumber>(shape.instance_rays);
   // Behind all that calls write to: where scenes are plain nobody does, and no page is taken.
   hits_ = cutter.Cut<FullHit>(shape.records);
   refs_ = {cutter.Cut<TriangleRef>(shape.refs), shape.refs};

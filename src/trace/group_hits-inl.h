@@ -56,6 +56,21 @@ struct GroupHits {
     if (HWY_UNLIKELY(in_lanes != lanes)) Finish(task, group, lanes & ~in_lanes);
   }
 
+  /// Calls `body(component, values)` for each component of a hit and the distances `ends`.
+  template <class Body>
+  HWY_INLINE void ForEachRow(const float* ends, const Body& body) const {
+    using enum PacketComponent;
+    body(kTfar, ends);
+    body(kNgX, ng[0]);
+    body(kNgY, ng[1]);
+    body(kNgZ, ng[2]);
+    body(kU, u);
+    body(kV, v);
+    body(kPrimitiveId, primitive_id);
+    body(kGeometryId, geometry_id);
+    body(kInstanceId, instance_id);
+  }
+
   FullHit Get(size_t lane) const {
     return {{ng[0][lane], ng[1][lane], ng[2][lane]},
             u[lane],
@@ -209,20 +224,10 @@ struct GroupHits {
   template <class Tag, class Store>
   HWY_INLINE void WritePart(Tag d, float* to, size_t count, size_t first,
                             const Store& store) const {
-    using enum PacketComponent;
-    const auto write = [&](PacketComponent component, const auto* from) HWY_ATTR {
+    ForEachRow(t, [&](PacketComponent component, const auto* from) HWY_ATTR {
       store(hn::Load(d, reinterpret_cast<const float*>(from) + first),
             to + static_cast<size_t>(component) * count);
-    };
-    write(kTfar, t);
-    write(kNgX, ng[0]);
-    write(kNgY, ng[1]);
-    write(kNgZ, ng[2]);
-    write(kU, u);
-    write(kV, v);
-    write(kPrimitiveId, primitive_id);
-    write(kGeometryId, geometry_id);
-    write(kInstanceId, instance_id);
+    });
   }
 
   void Set(size_t lane, const FullHit& hit) {

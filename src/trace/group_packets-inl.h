@@ -104,21 +104,11 @@ class GroupPackets {
     const hn::CappedTag<uint32_t, kWidth> d;
     uint32_t* const packet = Values<kWidth>(first, PacketComponent::kOrgX);
     const auto for_each = [&](const auto& body) HWY_ATTR {
-      using enum PacketComponent;
-      const auto row = [&](PacketComponent component, const auto* values) HWY_ATTR {
+      hits.ForEachRow(tfar, [&](PacketComponent component, const auto* values) HWY_ATTR {
         uint32_t* const in_packet = packet + static_cast<size_t>(component) * kWidth;
         const auto* const own = reinterpret_cast<const uint32_t*>(values) + first;
         for (size_t i = 0; i < kWidth; i += hn::MaxLanes(d)) body(own + i, in_packet + i);
-      };
-      row(kTfar, tfar);
-      row(kNgX, hits.ng[0]);
-      row(kNgY, hits.ng[1]);
-      row(kNgZ, hits.ng[2]);
-      row(kU, hits.u);
-      row(kV, hits.v);
-      row(kPrimitiveId, hits.primitive_id);
-      row(kGeometryId, hits.geometry_id);
-      row(kInstanceId, hits.instance_id);
+      });
     };
     for_each([&](const uint32_t* own, uint32_t* in_packet)
                  HWY_ATTR { hn::Store(hn::Load(d, own), d, in_packet); });

@@ -18,10 +18,10 @@ struct StackMemory {
   alignas(64) RayRecord instance_rays[kInstanceRays];
   FullHit instance_hits[kInstanceRays];
   uint32_t numbers[kRays];  ///< of the caller's rays, where they are not those of `rays`
-  RayNumber outer[kInstanceRays];
+  RayNumber outer_rays[kInstanceRays];
   alignas(64) std::byte lists[kLevels * ListBytes(kRays)];
 
-  InstanceMemory ForInstances() { return {instance_rays, instance_hits, outer, kInstanceRays}; }
+  InstanceMemory ForInstances() { return {instance_rays, instance_hits, outer_rays, kInstanceRays}; }
   ListMemory Lists() { return {lists, lists + sizeof(lists)}; }
 };
 

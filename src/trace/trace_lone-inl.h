@@ -377,7 +377,7 @@ class LoneTracer {
     }
     RayRecord instance_ray;
     FullHit instance_hit;
-    RayNumber outer;
+    RayNumber outer_ray;
     const CallFrame frame{nullptr, &call_.packet, 0, call_.options, call_.packet.instance_value};
     SplitMemory split_memory(call_.pool);
     const TraceTask task{scene_,
@@ -388,7 +388,7 @@ class LoneTracer {
                          /*keeps_leaf_hits=*/true,
                          frame,
                          split_memory,
-                         {&instance_ray, &instance_hit, &outer, call_.in_instance ? 0u : 1u},
+                         {&instance_ray, &instance_hit, &outer_ray, call_.in_instance ? 0u : 1u},
                          nullptr,
                          FinishHit,
                          instance_id_};

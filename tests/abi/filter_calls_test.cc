@@ -132,10 +132,14 @@ TEST_P(FilterFunction, SeesRaysOfPacketsInTheirLanes) {
   s.api.rtcSetGeometryOccludedFilterFunction(geometry, ExpectOwnLane);
   s.api.rtcCommitGeometry(geometry);
   const RTCScene scene = s.SceneOf(geometry);
-  PairCall call{};
-  rtcInitIntersectContext(&call.context);
-  const std::size_t valid_rays = TraceThirdsOfPackets(s.api, scene, call.context);
-  EXPECT_EQ(call.pairs.size(), valid_rays);
+  const RTCGeometry instance = Instance(s, scene);
+  s.api.rtcCommitGeometry(instance);
+  for (const RTCScene traced : {scene, s.SceneOf(instance)}) {
+    PairCall call{};
+    rtcInitIntersectContext(&call.context);
+    const std::size_t valid_rays = TraceThirdsOfPackets(s.api, traced, call.context);
+    EXPECT_EQ(call.pairs.size(), valid_rays);
+  }
 }
 
 /// A context for filter functions that trace rays themselves.

@@ -16,10 +16,12 @@ namespace {
 
 using unit::CountHits;
 using unit::ExpectSameRays;
+using unit::kInfinity;
 using unit::MakeRays;
 using unit::MakeScene;
 using unit::MakeTriangles;
 using unit::Model;
+using unit::PointView;
 using unit::Random;
 using unit::TimedRay;
 using unit::Trace;
@@ -199,6 +201,43 @@ TEST(MovedShapesTest, MovingTrianglesStandWhereTheirTimeSays) {
       still.steps.resize(1);
       ExpectSameRays(actual, Trace(*MakeScene({TriangleView(still, 1)}, budget), rays),
                      "time " + std::to_string(time));
+    }
+  }
+}
+
+// One of two geometries that share leaves ends sooner than the other: rays that come later do not
+// meet it where rays before them have.
+TEST(MovedShapesTest, PointsThatAreGoneAreNotMetBesideOthers) {
+  constexpr int kPoints = 200, kLanes = 10;
+  Model models[2];
+  for (Model& model : models) model.steps.resize(2);
+  std::vector<TimedRay> rays;
+  for (int i = 0; i < kPoints; ++i) {
+    const auto x = static_cast<float>(i);
+    for (auto& step : models[i % 2].steps) {
+      for (const float value : {x, 0.0f, 0.0f, 0.4f}) step.push_back(value);
+    }
+    for (int lane = 0; lane < kLanes; ++lane) {
+      TimedRay ray;
+      ray.org = {x, 0, -1};
+      ray.dir = {0, 0, 1};
+      ray.time = lane % 2 == 0 ? 0.25f : 0.75f;
+      rays.push_back(ray);
+    }
+  }
+  for (const std::size_t short_lived : {0u, 1u}) {
+    std::vector<Geometry> geometries;
+    for (uint32_t id : {0u, 1u}) {
+      geometries.push_back(PointView(models[id], Shape::kSpheres, id));
+    }
+    geometries[short_lived].time_range = {0, 0.5f};
+    const auto scene = MakeScene(geometries, kDefaultBudget);
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      const auto traced = Trace(*scene, rays, query);
+      for (std::size_t i = 0; i < traced.size(); ++i) {
+        const bool is_gone = i / kLanes % 2 == short_lived && traced[i].time > 0.5f;
+        EXPECT_EQ(traced[i].tfar < kInfinity, !is_gone) << "ray " << i;
+      }
     }
   }
 }

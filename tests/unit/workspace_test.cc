@@ -53,7 +53,7 @@ std::vector<Array> ArraysOf(const Workspace& workspace, const WorkspaceShape& sh
   const InstanceMemory instances = workspace.instance_memory();
   add("instance_rays", instances.rays, instances.count);
   add("instance_hits", instances.hits, instances.count);
-  add("instance_outer", instances.outer, instances.count);
+  add("instance_outer", instances.outer_rays, instances.count);
   return arrays;
 }
 
