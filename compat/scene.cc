@@ -46,15 +46,27 @@ void Scene::AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id) {
   if (geometry->device() != device_) {
     throw ApiError(RTC_ERROR_INVALID_ARGUMENT, "scene and geometry are from different devices");
   }
+  MakeRoomById(id);
   instance_count_ += geometry->IsInstance();
   ++revision_;
   if (geometry->is_enabled()) visible_revision_ = revision_;
   Attached& attached = geometries_[id] = {};
   attached.geometry = std::move(geometry);
+  if (id < by_id_.size()) by_id_[id] = attached.geometry.get();
   const auto gone = gone_.find(id);
   if (gone == gone_.end()) return;
   attached.trace = gone->second;
   gone_.erase(gone);
+}
+
+void Scene::MakeRoomById(unsigned int id) {
+  // Most IDs are numbers in a row.
+  if (id < by_id_.size() || id / 2 > geometries_.size() + 32) return;
+  auto place = geometries_.lower_bound(static_cast<unsigned int>(by_id_.size()));
+  by_id_.resize(id + std::size_t{1});
+  for (; place != geometries_.end() && place->first < id; ++place) {
+    by_id_[place->first] = place->second.geometry.get();
+  }
 }
 
 void Scene::CheckIsNoCycle(const Geometry& geometry) const {
@@ -94,6 +106,7 @@ void Scene::Detach(unsigned int id) {
   detached = std::move(place->second);
   instance_count_ -= detached.geometry->IsInstance();
   geometries_.erase(place);
+  if (id < by_id_.size()) by_id_[id] = nullptr;
   if (id >= device_->first_geometry_id()) first_free_id_ = std::min(first_free_id_, id);
   visible_revision_ = ++revision_;
 }
@@ -103,6 +116,7 @@ void Scene::Remember(unsigned int id, const Trace& trace, std::map<unsigned int,
 }
 
 Geometry* Scene::Find(unsigned int id) const {
+  if (id < by_id_.size()) return by_id_[id];
   const auto place = geometries_.find(id);
   return place == geometries_.end() ? nullptr : place->second.geometry.get();
 }

@@ -191,6 +191,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
+  void MakeRoomById(unsigned int id);
   void CheckIsNoCycle(const Geometry& geometry) const;
   /// Throws RTC_ERROR_INVALID_OPERATION if an enabled geometry was changed and not committed.
   Changes FindChanges();
@@ -213,8 +214,10 @@ class Scene : public std::enable_shared_from_this<Scene> {
 
   const std::shared_ptr<Device> device_;
 
-  mutable std::mutex geometries_mutex_;  ///< of the next nine
+  mutable std::mutex geometries_mutex_;  ///< of the next ten
   std::map<unsigned int, Attached> geometries_;
+  /// Those of IDs below its size, null where there is none: programs ask for them at each hit.
+  std::vector<Geometry*> by_id_;
   std::map<unsigned int, Trace> gone_;  ///< detached ones that the snapshot knows
   std::size_t instance_count_ = 0;   ///< of these
   unsigned int first_free_id_;       ///< no smaller ID is free, from the device's first on

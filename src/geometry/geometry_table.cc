@@ -36,13 +36,14 @@ std::size_t LanesFor(Shape shape) {
 
 /// See GeometryTable::shares.
 std::size_t SharesFor(Shape shape, uint32_t time_steps, std::size_t items) {
-  const std::size_t steps = time_steps == 2 ? 3 : 2;  // in halves; leaves hold no more than two
+  // Leaves hold no more steps.
+  const std::size_t halves = time_steps > kMostLeafSteps ? 2 : time_steps + 1;
   switch (shape) {
     case Shape::kTriangles:
-      return items * steps / 2;
+      return items * halves / 2;
     case Shape::kQuads:
     case Shape::kGrids:
-      return items * steps;
+      return items * halves;
     case Shape::kUser:
       return items * 3;
     case Shape::kInstance:

@@ -185,12 +185,18 @@ class FacetTest {
     const TimeSteps steps = task_.scene.geometries.shapes().StepsOf(block_.geometry);
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
-      const CornerLanes begin = DecodeCorners(block_, part, 0);
-      const CornerLanes end = DecodeCorners(block_, part, 1);
+      uint32_t step = 0;
+      CornerLanes begin = DecodeCorners(block_, part, 0);
+      CornerLanes end = DecodeCorners(block_, part, 1);
       for (size_t i = 0; i < count; ++i) {
         Fetch(list, i + kAhead, count);
         const std::optional<Moment> moment = steps.At(task_.rays[list[i]].time);
         if (!moment) continue;
+        if (moment->step != step) {
+          step = moment->step;
+          begin = DecodeCorners(block_, part, step);
+          end = DecodeCorners(block_, part, step + 1);
+        }
         const CornerLanes corners = Interpolate(begin, end, moment->fraction);
         TestRay<false>(list[i], corners.Triangles(), corners, part, nullptr);
       }

@@ -5,7 +5,7 @@
 // the header of 16 bytes stand, by kind:
 //
 //   facets          indices of the corners, uint8_t[3][kLeafLanes], and the distinct vertices,
-//                   float[3][vertices]; of moving ones at both time steps, float[2][3][vertices];
+//                   float[3][vertices]; of moving ones at each time step, float[steps][3][vertices];
 //                   of prepared ones PreparedFacets behind them
 //   spheres, discs  float[4][lanes]: centre and radius
 //   oriented discs  float[7][lanes]: centre, radius, normal
@@ -25,9 +25,12 @@ namespace dacrt {
 /// and cells of grids two.
 inline constexpr std::size_t kLeafLanes = 8;
 
+/// Time steps of which a leaf has copies at most.
+inline constexpr uint32_t kMostLeafSteps = 9;
+
 enum class LeafKind : uint8_t {
   kFacets,         ///< triangles, quads, cells of grids
-  kMovingFacets,   ///< of one geometry with two time steps
+  kMovingFacets,   ///< of one geometry with two to kMostLeafSteps time steps
   kSpheres,        ///
   kDiscs,          ///
   kOrientedDiscs,  ///
@@ -57,12 +60,13 @@ struct alignas(4) LeafBlock {
   uint8_t is_last : 1;      ///< of its leaf
   uint8_t is_timed : 1;     ///< moves: asked for by name at each ray's time
   uint8_t is_prepared : 1;  ///< facets, which stand once more as the triangle test wants them
-  uint8_t lanes;         ///< of facets the triangles, of which a quad has two; else the items
-  uint8_t vertices;      ///< of facets: the distinct ones, or kByLane
-  uint8_t second;        ///< a bit a lane: the second triangle of a quad
-  uint32_t first;        ///< place in the order of the leaf's first item
-  uint32_t items;        ///< of each lane, four bits a lane: its item's place behind the first one
-  uint32_t geometry;     ///< of all lanes, or kSeveral
+  uint8_t lanes : 4;        ///< of facets the triangles, of which a quad has two; else the items
+  uint8_t steps : 4;        ///< of moving facets
+  uint8_t vertices;         ///< of facets: the distinct ones, or kByLane
+  uint8_t second;           ///< a bit a lane: the second triangle of a quad
+  uint32_t first;           ///< place in the order of the leaf's first item
+  uint32_t items;     ///< of each lane, four bits a lane: its item's place behind the first one
+  uint32_t geometry;  ///< of all lanes, or kSeveral
 
   /// Bytes behind the header.
   std::size_t DataBytes() const {
@@ -72,7 +76,7 @@ struct alignas(4) LeafBlock {
         return 3 * kLeafLanes + 3 * sizeof(float) * vertices +
                (is_prepared ? sizeof(PreparedFacets) : 0);
       case LeafKind::kMovingFacets:
-        return 3 * kLeafLanes + 6 * sizeof(float) * vertices;
+        return 3 * kLeafLanes + 3 * sizeof(float) * steps * vertices;
       case LeafKind::kSpheres:
       case LeafKind::kDiscs:
         return 4 * sizeof(float) * lanes;
@@ -121,6 +125,6 @@ struct alignas(4) LeafBlock {
 static_assert(sizeof(LeafBlock) == 16);
 
 /// Bytes that the blocks of any leaf fit into, with what whole vectors read behind them.
-inline constexpr std::size_t kMostLeafBytes = 1024;
+inline constexpr std::size_t kMostLeafBytes = 3072;
 
 }  // namespace dacrt

@@ -18,7 +18,7 @@ namespace {
 struct BlockKind {
   LeafKind kind;
   bool is_timed;
-  uint32_t geometry = 0;  ///< of facets between two time steps, which are there at the same times
+  uint32_t geometry = 0;  ///< of facets between time steps, which are there at the same times
 
   bool operator==(const BlockKind&) const = default;
 };
@@ -38,51 +38,63 @@ BlockKind KindOf(const GeometryTable& geometries, uint32_t geometry) {
     case Shape::kInstance:
       return {LeafKind::kInstances, is_timed};
     default:
-      if (shapes.StepCount(geometry) == 2) return {LeafKind::kMovingFacets, false, geometry};
+      if (is_timed && shapes.StepCount(geometry) <= kMostLeafSteps) {
+        return {LeafKind::kMovingFacets, false, geometry};
+      }
       return {LeafKind::kFacets, is_timed};
   }
 }
 
-/// The vertices of some facets, at one or two time steps; where shared ones are looked for they are
+/// The vertices of some facets, at one or more time steps; where shared ones are looked for they are
 /// told apart by their bits.
 class VertexSet {
  public:
-  explicit VertexSet(SharedVertices shared)
-      : shared_(shared), count_(shared == SharedVertices::kRepeat ? LeafBlock::kByLane : 0) {}
+  VertexSet(SharedVertices shared, uint32_t steps)
+      : shared_(shared),
+        components_(3 * steps),
+        count_(shared == SharedVertices::kRepeat ? LeafBlock::kByLane : 0) {}
 
-  /// Corner `corner` of the facet in a lane. Returns its place.
-  uint8_t Add(std::size_t corner, std::size_t lane, const float* begin, const float* end) {
-    float values[6] = {begin[0], begin[1], begin[2], end[0], end[1], end[2]};
+  /// Corner `corner` of the facet in a lane, which is corner `of_facet` of `facets`, one a time
+  /// step. Returns its place.
+  uint8_t Add(std::size_t corner, std::size_t lane, const Facet* facets, int of_facet) {
+    float values[kMostComponents];
+    for (std::size_t i = 0; i < components_; i += 3) {
+      std::memcpy(values + i, facets[i / 3].corner[of_facet], 3 * sizeof(float));
+    }
+    const std::size_t bytes = components_ * sizeof(float);
     if (shared_ == SharedVertices::kRepeat) {
       const std::size_t place = corner * kLeafLanes + lane;
-      std::memcpy(vertices_[place], values, sizeof(values));
+      std::memcpy(vertices_[place], values, bytes);
       return static_cast<uint8_t>(place);
     }
-    uint32_t bits[6];
+    uint32_t bits[3];
     std::memcpy(bits, values, sizeof(bits));
     const uint64_t key = (uint64_t{bits[0]} << 32 | bits[1]) ^ std::rotl(uint64_t{bits[2]}, 17);
     for (uint8_t i = 0; i < count_; ++i) {
-      if (keys_[i] == key && std::memcmp(vertices_[i], values, sizeof(values)) == 0) return i;
+      if (keys_[i] == key && std::memcmp(vertices_[i], values, bytes) == 0) return i;
     }
     DACRT_ASSERT(count_ < LeafBlock::kByLane);
     keys_[count_] = key;
-    std::memcpy(vertices_[count_], values, sizeof(values));
+    std::memcpy(vertices_[count_], values, bytes);
     return count_++;
   }
 
   uint8_t count() const { return count_; }
-  /// All x, then all y, then all z; then the same of the second step.
-  void Write(int steps, float* out) const {
-    for (int component = 0; component < 3 * steps; ++component) {
+  /// All x, then all y, then all z; then the same of the next time step.
+  void Write(float* out) const {
+    for (std::size_t component = 0; component < components_; ++component) {
       for (uint8_t i = 0; i < count_; ++i) *out++ = vertices_[i][component];
     }
   }
 
  private:
+  static constexpr std::size_t kMostComponents = 3 * kMostLeafSteps;
+
   const SharedVertices shared_;
+  const std::size_t components_;
   uint8_t count_;
   uint64_t keys_[LeafBlock::kByLane];
-  float vertices_[LeafBlock::kByLane][6] = {};
+  float vertices_[LeafBlock::kByLane][kMostComponents] = {};
 };
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
@@ -95,26 +107,24 @@ struct BlockItems {
 void WriteFacets(const GeometryTable& geometries, const BlockItems& items, SharedVertices shared,
                  LeafBlock& block) {
   const Shapes& shapes = geometries.shapes();
-  const int steps = block.kind == LeafKind::kMovingFacets ? 2 : 1;
-  VertexSet vertices(shared);
+  const bool is_moving = block.kind == LeafKind::kMovingFacets;
+  const uint32_t steps = is_moving ? shapes.StepCount(block.geometry) : 1;
+  block.steps = steps & 15;
+  VertexSet vertices(shared, steps);
   uint8_t indices[3][kLeafLanes] = {};
   std::size_t lane = 0;
   block.items = block.second = 0;
   for (std::size_t i = 0; i < items.count; ++i) {
     const GeometryTable::Name name = items.names[i];
     // One whose indices are no longer legal has no area, and nothing hits it.
-    Facet facet[2] = {};
-    for (int step = 0; step < steps; ++step) {
-      if (!shapes.ReadFacet(name.geometry, name.primitive, static_cast<uint32_t>(step),
-                            facet[step])) {
-        facet[step] = {};
-      }
+    Facet facet[kMostLeafSteps];
+    for (uint32_t step = 0; step < steps; ++step) {
+      if (!shapes.ReadFacet(name.geometry, name.primitive, step, facet[step])) facet[step] = {};
     }
     const auto place = [&](int v0, int v1, int v2) {
       const int corners[3] = {v0, v1, v2};
       for (int k = 0; k < 3; ++k) {
-        indices[k][lane] = vertices.Add(static_cast<std::size_t>(k), lane,
-                                        facet[0].corner[corners[k]], facet[1].corner[corners[k]]);
+        indices[k][lane] = vertices.Add(static_cast<std::size_t>(k), lane, facet, corners[k]);
       }
       block.items |= items.places[i] << (4 * lane++);
     };
@@ -133,7 +143,7 @@ void WriteFacets(const GeometryTable& geometries, const BlockItems& items, Share
   block.lanes = static_cast<uint8_t>(lane);
   block.vertices = vertices.count();
   std::memcpy(block.indices(), indices, sizeof(indices));
-  vertices.Write(steps, block.vertex_data());
+  vertices.Write(block.vertex_data());
 }
 
 void WritePoints(const GeometryTable& geometries, const BlockItems& items, LeafBlock& block) {

@@ -124,7 +124,7 @@ class LoneTracer {
         return false;
       }
       if (!open.Next<kQuery>(ray_.tfar, child)) return false;
-    } while (child.IsBlock() && partition_.FirstBlock(child)->HoldsItems());
+    } while (child.IsBlock() && !partition_.FirstBlock(child)->IsPlain());
     return true;
   }
 
@@ -280,19 +280,31 @@ class LoneTracer {
   /// be asked. Apart, so that the common way stays short.
   HWY_NOINLINE WalkStep TestRow(const LeafBlock* first) {
     for (const LeafBlock* block = first;; block = block->Next()) {
-      if (block->is_timed || !IsKnown(block->kind)) return WalkStep::kLeave;
+      if (!IsKnown(*block)) return WalkStep::kLeave;
       if (block->is_last) break;
     }
     for (const LeafBlock* block = first;; block = block->Next()) {
-      const bool has_facets = block->kind == LeafKind::kFacets;
-      const WalkStep step = has_facets ? TestFacets<Asks::kAtOnce>(*block) : TestItems(*block);
-      if (step == WalkStep::kStop) return WalkStep::kStop;
+      if (TestBlock(*block) == WalkStep::kStop) return WalkStep::kStop;
       if (block->is_last) return WalkStep::kNext;
     }
   }
 
-  static HWY_INLINE bool IsKnown(LeafKind kind) {
-    return kind == LeafKind::kFacets || kind == LeafKind::kUser || kind == LeafKind::kInstances;
+  static HWY_INLINE bool IsKnown(const LeafBlock& block) {
+    if (block.kind == LeafKind::kInstances) return true;
+    return !block.is_timed && (block.kind == LeafKind::kFacets || block.kind == LeafKind::kUser);
+  }
+
+  HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
+    if (block.kind == LeafKind::kFacets) return TestFacets<Asks::kAtOnce>(block);
+    return block.is_timed ? TestMovingInstance(block.geometry) : TestItems(block);
+  }
+
+  /// The ray has come to where the instance is at some time.
+  HWY_NOINLINE WalkStep TestMovingInstance(uint32_t geometry) {
+    const Shapes& shapes = scene_.geometries.shapes();
+    if (!Accepts(geometry) || !shapes.MomentAt(geometry, ray_.time)) return WalkStep::kNext;
+    EnterInstance(geometry, shapes.ToInstance(geometry, ray_.time));
+    return AfterItem();
   }
 
   HWY_INLINE WalkStep TestItems(const LeafBlock& block) {
@@ -315,8 +327,11 @@ class LoneTracer {
     if (block.kind == LeafKind::kUser) {
       CallUserFunction(item);
     } else {
-      EnterInstance(item.geometry);
+      EnterInstance(item.geometry, scene_.geometries.shapes().ToStillInstance(item.geometry));
     }
+    return AfterItem();
+  }
+  HWY_INLINE WalkStep AfterItem() const {
     return kQuery == Query::kAny && ray_.tfar < 0 ? WalkStep::kStop : WalkStep::kNext;
   }
 
@@ -341,11 +356,11 @@ class LoneTracer {
     call_.hit.Set(now, item.geometry);
   }
 
-  HWY_INLINE void EnterInstance(uint32_t geometry) {
+  HWY_INLINE void EnterInstance(uint32_t geometry, const AffineTransform& to_instance) {
     if (call_.in_instance) return;  // There is one level of instances.
     const Shapes& shapes = scene_.geometries.shapes();
     InstanceTransform transform;
-    transform.Set(shapes.ToStillInstance(geometry));
+    transform.Set(to_instance);
     RayRecord ray;
     transform.Apply(ray_, ray);
     call_.in_instance = true;

@@ -3,6 +3,8 @@
 
 #include <sys/types.h>
 
+#include <map>
+
 #include "model.h"
 
 namespace dacrt::tests {
@@ -66,6 +68,32 @@ TEST_P(Attach, GeometriesComeOneAfterTheOtherAndGo) {
   s.api.rtcAttachGeometryByID(scene, s.Triangle(3), 30);
   s.api.rtcAttachGeometryByID(scene, s.Triangle(2), 32);
   expect(12, "one in the place of another one, and one behind all");
+  EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
+}
+
+// Few and many, in a row or not, in any order.
+TEST_P(Attach, GeometriesAreFoundByTheirIds) {
+  Session s(GetParam()());
+  const RTCScene scene = s.NewScene();
+  std::map<unsigned int, RTCGeometry> expected;
+  for (const unsigned int id : {70u, 3u, 0u, 5000u, 69u, 71u, 200u, 150u, 4u}) {
+    expected[id] = s.Triangle(static_cast<float>(id));
+    s.api.rtcAttachGeometryByID(scene, expected[id], id);
+  }
+  for (int i = 0; i < 300; ++i) {
+    const RTCGeometry geometry = s.Triangle(0);
+    const unsigned int id = s.api.rtcAttachGeometry(scene, geometry);
+    EXPECT_TRUE(expected.emplace(id, geometry).second) << id;
+  }
+  for (const auto& [id, geometry] : expected) {
+    EXPECT_EQ(s.api.rtcGetGeometry(scene, id), geometry) << id;
+  }
+  for (const unsigned int id : {70u, 5000u, 0u, 150u}) {
+    s.api.rtcDetachGeometry(scene, id);
+    expected[id] = s.Triangle(1);
+    s.api.rtcAttachGeometryByID(scene, expected[id], id);
+    EXPECT_EQ(s.api.rtcGetGeometry(scene, id), expected[id]) << id;
+  }
   EXPECT_EQ(s.TakeError(), RTC_ERROR_NONE);
 }
 

@@ -21,8 +21,11 @@ class AllShapes {
     Random random(seed);
     for (std::size_t i = 0; i < 4 * kItems; ++i) {
       const Float3 v = random.InCube(-1, 1);
-      corners_.insert(corners_.end(), v.begin(), v.end());
-      later_.insert(later_.end(), v.begin(), v.end());
+      for (std::size_t step = 0; step < kMostSteps; ++step) {
+        for (const float value : v) {
+          corners_[step].push_back(value * (1 + 0.125f * static_cast<float>(step)));
+        }
+      }
       const Float3 p = random.InCube(-1, 1), n = random.Direction();
       points_.insert(points_.end(), {p[0], p[1], p[2], random.Uniform(0.1f, 1)});
       normals_.insert(normals_.end(), n.begin(), n.end());
@@ -33,8 +36,14 @@ class AllShapes {
     inner_.bounds = Box{{-1, -1, -1, 0}, {1, 1, 1, 0}};
   }
 
+  /// Time steps in which facets stand elsewhere.
+  static constexpr uint32_t kMostSteps = 10;
+
   /// The geometry number `id` of the table.
   Geometry Make(Shape shape, uint32_t id, bool moves) const {
+    return MakeInSteps(shape, id, moves ? 2 : 1);
+  }
+  Geometry MakeInSteps(Shape shape, uint32_t id, uint32_t steps) const {
     Geometry geometry;
     geometry.shape = shape;
     geometry.geometry_id = id;
@@ -43,9 +52,9 @@ class AllShapes {
     const std::size_t floats = is_point ? 4 : 3;
     geometry.vertex_count = 4 * kItems;
     geometry.primitive_count = kItems;
-    for (int step = 0; step < (moves ? 2 : 1); ++step) {
+    for (uint32_t step = 0; step < steps; ++step) {
       geometry.vertices.push_back(
-          {is_point ? points_.data() : (step ? later_.data() : corners_.data()), 4 * floats});
+          {is_point ? points_.data() : corners_[step].data(), 4 * floats});
       if (shape == Shape::kOrientedDiscs) geometry.normals.push_back({normals_.data(), 12});
     }
     switch (shape) {
@@ -64,12 +73,12 @@ class AllShapes {
         geometry.bounds.function = [](void*, uint32_t, uint32_t, Bounds& bounds) {
           bounds = {{-1, -1, -1}, {1, 1, 1}};
         };
-        geometry.user_time_steps = moves ? 2 : 1;
+        geometry.user_time_steps = steps;
         break;
       case Shape::kInstance:
         geometry.vertices.clear();
         geometry.primitive_count = 1;
-        geometry.transforms.resize(moves ? 2 : 1);
+        geometry.transforms.resize(steps);
         break;
       default:
         break;
@@ -85,12 +94,12 @@ class AllShapes {
     return GeometryTable(geometries, scenes, false);
   }
 
-  const std::vector<float>& corners() const { return corners_; }
+  const std::vector<float>& corners() const { return corners_[0]; }
   const std::vector<float>& points() const { return points_; }
   const std::vector<float>& normals() const { return normals_; }
 
  private:
-  std::vector<float> corners_, later_, points_, normals_;
+  std::vector<float> corners_[kMostSteps], points_, normals_;
   std::vector<uint32_t> indices_;
   std::vector<GridPrimitive> grids_;
   SceneParts inner_{GeometryTable(std::span<const TriangleMesh>())};

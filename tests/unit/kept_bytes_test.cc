@@ -10,7 +10,7 @@
 namespace dacrt::unit {
 namespace {
 
-/// A sheet of so many squares to a side, at one or two times, of triangles, quads, or one grid.
+/// A sheet of so many squares to a side, at one or more times, of triangles, quads, or one grid.
 Geometry MakeSheet(Shape shape, std::size_t side, std::size_t steps, Model& sheet) {
   const std::size_t row = side + 1;
   sheet.steps.resize(steps);
@@ -64,7 +64,7 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
   constexpr std::size_t kSide = 360;  // beyond what is kept without regard to the share of each
   const std::vector<TimedRay> rays = RaysDown(2 * kSide, 0.5f);
   for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
-    for (const std::size_t steps : {1u, 2u}) {
+    for (const std::size_t steps : {1u, 2u, 3u, 9u}) {
       Model sheet;
       const Geometry geometry = MakeSheet(shape, kSide, steps, sheet);
       const auto by_default = MakeScene({geometry}, kDefaultBudget, false, 1);

@@ -122,7 +122,7 @@ void ExpectLeaf(const GeometryTable& table, const std::vector<GeometryTable::Nam
     ASSERT_EQ(block->first, first);
     ASSERT_GE(block->lanes, 1u);
     ASSERT_LE(block->lanes, kLeafLanes);
-    // Facets between two time steps are apart by geometry.
+    // Facets between time steps are apart by geometry.
     const uint32_t apart = block->kind == LeafKind::kMovingFacets ? block->geometry : 0;
     ASSERT_TRUE(kinds.emplace(block->kind, block->is_timed, apart).second)
         << "two blocks of a kind";
@@ -133,16 +133,18 @@ void ExpectLeaf(const GeometryTable& table, const std::vector<GeometryTable::Nam
       const GeometryTable::Name name = names[place];
       const Shape shape = table.shapes()[name.geometry].shape;
       geometries_of_block.insert(name.geometry);
-      const bool carries_both =
-          KindOf(shape) == LeafKind::kFacets && table.shapes().StepCount(name.geometry) == 2;
-      ASSERT_EQ(block->kind, carries_both ? LeafKind::kMovingFacets : KindOf(shape));
-      ASSERT_EQ(block->is_timed, table.shapes().IsMoving(name.geometry) && !carries_both);
+      const uint32_t steps = table.shapes().StepCount(name.geometry);
+      const bool carries_steps =
+          KindOf(shape) == LeafKind::kFacets && steps > 1 && steps <= kMostLeafSteps;
+      ASSERT_EQ(block->kind, carries_steps ? LeafKind::kMovingFacets : KindOf(shape));
+      ASSERT_EQ(block->is_timed, steps > 1 && !carries_steps);
       const bool second = block->second >> lane & 1;
       if (!second) places.insert(place);
       if (block->is_timed) continue;
-      if (block->kind == LeafKind::kFacets || carries_both) {
-        ExpectTriangle(table, name, second, *block, lane, 0);
-        if (carries_both) ExpectTriangle(table, name, second, *block, lane, 1);
+      if (block->kind == LeafKind::kFacets || carries_steps) {
+        for (uint32_t step = 0; step < steps; ++step) {
+          ExpectTriangle(table, name, second, *block, lane, step);
+        }
         continue;
       }
       if (shape == Shape::kUser || shape == Shape::kInstance) {
@@ -203,6 +205,23 @@ TEST(MakeLeafTest, EachShapeAlone) {
             if (HasFatalFailure()) return;
           }
         }
+      }
+    }
+  }
+}
+
+// Up to as many time steps as leaves have copies of.
+TEST(MakeLeafTest, FacetsOfManyTimeSteps) {
+  const AllShapes all(6);
+  for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
+    for (uint32_t steps = 1; steps <= AllShapes::kMostSteps; ++steps) {
+      SCOPED_TRACE(std::to_string(steps) + " steps");
+      const GeometryTable table = all.Table({all.MakeInSteps(shape, 0, steps)});
+      std::vector<GeometryTable::Name> names;
+      for (uint32_t i = 0; i < kLeafLanes / table.LanesOf(0); ++i) names.push_back({0, 5 * i});
+      for (const SharedVertices shared : {SharedVertices::kFind, SharedVertices::kRepeat}) {
+        ExpectLeaf(table, names, Leaf(table, names, 0, shared), 0);
+        if (HasFatalFailure()) return;
       }
     }
   }
@@ -287,6 +306,17 @@ TEST(MakeLeafTest, TheWorstMixesFit) {
     }
   }
   EXPECT_GT(largest, 16u + 24u + 8 * 36u - 1);
+  // Triangles that move, a block each.
+  geometries.clear();
+  std::vector<GeometryTable::Name> names;
+  for (uint32_t i = 0; i < kLeafLanes; ++i) {
+    geometries.push_back(all.MakeInSteps(Shape::kTriangles, i, kMostLeafSteps));
+    names.push_back({i, i});
+  }
+  const Leaf leaf(all.Table(geometries), names);
+  EXPECT_EQ(leaf.Blocks().size(), kLeafLanes);
+  EXPECT_LE(leaf.bytes + KeptPartition::kReadBehind, kMostLeafBytes);
+  EXPECT_GT(leaf.bytes, kMostLeafBytes / 2);
 }
 
 /// A leaf of some triangles over given vertices.
@@ -343,7 +373,7 @@ TEST(MakeLeafTest, RepeatedVerticesStandByLane) {
         const LeafBlock& block = *leaf.Blocks()[0];
         if (block.is_timed) continue;
         ASSERT_EQ(block.vertices, LeafBlock::kByLane);
-        const uint32_t steps = block.kind == LeafKind::kMovingFacets ? 2 : 1;
+        const uint32_t steps = moves ? 2 : 1;
         for (std::size_t corner = 0; corner < 3; ++corner) {
           for (std::size_t lane = 0; lane < kLeafLanes; ++lane) {
             const std::size_t place = corner * kLeafLanes + lane;

@@ -43,6 +43,13 @@ CliffContent FilteredHills() {
   return content;
 }
 
+template <unsigned int kSteps>
+CliffContent MovingHills() {
+  CliffContent content = Hills();
+  content.steps = kSteps;
+  return content;
+}
+
 CliffContent Instances(RTCSceneFlags flags = RTC_SCENE_FLAG_NONE) {
   CliffContent content = Hills(flags, 4);
   for (Float3& vertex : content.vertices) vertex = 0.02f * vertex;
@@ -132,6 +139,10 @@ const std::vector<CliffCase>& CliffCases() {
       {"budget-5", "the hills with 5 bytes a triangle", 5, [] { return Hills(); }},
       {"budget-4.3", "with 4.3", 4.3, [] { return Hills(); }},
       {"budget-4.1", "with 4.1", 4.1, [] { return Hills(); }},
+      {"moving-2", "the hills at 2 time steps", 0, MovingHills<2>},
+      {"moving-3", "at 3", 0, MovingHills<3>},
+      {"moving-9", "at 9", 0, MovingHills<9>},
+      {"moving-17", "at 17", 0, MovingHills<17>},
       {"instances", "100,000 instances of 32 triangles, crowded", 0, [] { return Instances(); }},
       {"compact-instances", "the same of a COMPACT scene", 0,
        [] { return Instances(RTC_SCENE_FLAG_COMPACT); }},
@@ -151,13 +162,19 @@ CliffScene::CliffScene(const tests::EmbreeDevice& device, const CliffContent& co
     : device_(device), inner_(device.api().rtcNewScene(device.handle())), top_(inner_) {
   const tests::EmbreeApi& api = device.api();
   const RTCGeometry mesh = api.rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  api.rtcSetGeometryTimeStepCount(mesh, content.steps);
   // Copied: Embree reads beyond the last vertex.
-  auto* const vertices = static_cast<Float3*>(api.rtcSetNewGeometryBuffer(
-      mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, content.vertices.size()));
+  for (unsigned int step = 0; step < content.steps; ++step) {
+    auto* const vertices = static_cast<Float3*>(api.rtcSetNewGeometryBuffer(
+        mesh, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3, 12, content.vertices.size()));
+    device.CheckErrors();
+    const Float3 higher{0, 0, 0.02f * static_cast<float>(step) / static_cast<float>(content.steps)};
+    std::transform(content.vertices.begin(), content.vertices.end(), vertices,
+                   [&](const Float3& vertex) { return vertex + higher; });
+  }
   auto* const triangles = static_cast<tests::Triangle*>(api.rtcSetNewGeometryBuffer(
       mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, content.triangles.size()));
   device.CheckErrors();
-  std::copy(content.vertices.begin(), content.vertices.end(), vertices);
   std::copy(content.triangles.begin(), content.triangles.end(), triangles);
   if (content.has_filter) {
     api.rtcSetGeometryIntersectFilterFunction(mesh, Accept);

@@ -18,6 +18,7 @@ struct CliffContent {
       instances;  ///< where they stand; none: the mesh itself is in the scene
   RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;  ///< of the scene that the mesh is in
   bool has_filter = false;                    ///< one that accepts every hit
+  unsigned int steps = 1;  ///< time steps of the mesh, at which it stands higher and higher
 };
 
 struct CliffCase {

@@ -73,6 +73,7 @@ std::vector<RTCRayHit> RaysFromAnywhere() {
     // One side in six directions of them is outside.
     from[random.Below(3)] = random.Chance(0.5f) ? -0.5f : 1.5f;
     record = RayBetween(from, to);
+    record.ray.time = random.Uniform();
   }
   return rays;
 }
