@@ -149,17 +149,32 @@ class LoneTracer {
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) break;
       const LeafCorners<kLayout> corners{block, part};
-      const WalkStep step = TestPart<kAsks>(block, part, corners);
+      const WalkStep step = TestPart<kAsks>(block, part, corners.Triangles(), corners.Again());
+      if (step != WalkStep::kNext) return step;
+    }
+    return WalkStep::kNext;
+  }
+
+  HWY_NOINLINE WalkStep TestMovingFacets(const LeafBlock& block) {
+    const std::optional<Moment> moment =
+        scene_.geometries.shapes().MomentAt(block.geometry, ray_.time);
+    if (!moment) return WalkStep::kNext;
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block.lanes) break;
+      const CornerLanes corners =
+          Interpolate(DecodeCorners(block, part, moment->step),
+                      DecodeCorners(block, part, moment->step + 1), moment->fraction);
+      const WalkStep step = TestPart<Asks::kAtOnce>(block, part, corners.Triangles(), corners);
       if (step != WalkStep::kNext) return step;
     }
     return WalkStep::kNext;
   }
 
   template <Asks kAsks, class Corners>
-  HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part, const Corners& corners) {
-    const auto triangles = corners.Triangles();
-    const FacetCrossing crossing =
-        CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners.Again());
+  HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part,
+                               const TestTrianglesOf<EightPart>& triangles,
+                               const Corners& corners) {
+    const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
     if (kAsks == Asks::kAtOnce || (kAsks == Asks::kOthers && HasToAsk(block))) {
       call_.candidates.Keep(scene_, instance_id_, block, part, crossing, triangles);
@@ -290,12 +305,13 @@ class LoneTracer {
   }
 
   static HWY_INLINE bool IsKnown(const LeafBlock& block) {
-    if (block.kind == LeafKind::kInstances) return true;
+    if (block.kind == LeafKind::kInstances || block.kind == LeafKind::kMovingFacets) return true;
     return !block.is_timed && (block.kind == LeafKind::kFacets || block.kind == LeafKind::kUser);
   }
 
   HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
     if (block.kind == LeafKind::kFacets) return TestFacets<Asks::kAtOnce>(block);
+    if (block.kind == LeafKind::kMovingFacets) return TestMovingFacets(block);
     return block.is_timed ? TestMovingInstance(block.geometry) : TestItems(block);
   }
 
