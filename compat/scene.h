@@ -191,6 +191,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   };
 
   void AttachLocked(std::shared_ptr<Geometry> geometry, unsigned int id);
+  /// Before a geometry gets that ID.
   void MakeRoomById(unsigned int id);
   void CheckIsNoCycle(const Geometry& geometry) const;
   /// Throws RTC_ERROR_INVALID_OPERATION if an enabled geometry was changed and not committed.

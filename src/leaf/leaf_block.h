@@ -25,7 +25,8 @@ namespace dacrt {
 /// and cells of grids two.
 inline constexpr std::size_t kLeafLanes = 8;
 
-/// Time steps of which a leaf has copies at most.
+/// Time steps of which a leaf has copies at most: renderers give their meshes 2, 3, 5 or 9. Without
+/// copies rays of 3 steps took 3 to 5 times as long.
 inline constexpr uint32_t kMostLeafSteps = 9;
 
 enum class LeafKind : uint8_t {
