@@ -45,8 +45,8 @@ BlockKind KindOf(const GeometryTable& geometries, uint32_t geometry) {
   }
 }
 
-/// The vertices of some facets, at one or more time steps; where shared ones are looked for they are
-/// told apart by their bits.
+/// The vertices of some facets, at one or more time steps; where shared ones are looked for they
+/// are told apart by their bits.
 class VertexSet {
  public:
   VertexSet(SharedVertices shared, uint32_t steps)

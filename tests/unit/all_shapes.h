@@ -53,8 +53,7 @@ class AllShapes {
     geometry.vertex_count = 4 * kItems;
     geometry.primitive_count = kItems;
     for (uint32_t step = 0; step < steps; ++step) {
-      geometry.vertices.push_back(
-          {is_point ? points_.data() : corners_[step].data(), 4 * floats});
+      geometry.vertices.push_back({is_point ? points_.data() : corners_[step].data(), 4 * floats});
       if (shape == Shape::kOrientedDiscs) geometry.normals.push_back({normals_.data(), 12});
     }
     switch (shape) {
