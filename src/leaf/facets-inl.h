@@ -185,9 +185,8 @@ class FacetTest {
     const TimeSteps steps = task_.scene.geometries.shapes().StepsOf(block_.geometry);
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block_.lanes) return;
-      uint32_t step = 0;
-      CornerLanes begin = DecodeCorners(block_, part, 0);
-      CornerLanes end = DecodeCorners(block_, part, 1);
+      uint32_t step = UINT32_MAX;  // none yet
+      CornerLanes begin, end;
       for (size_t i = 0; i < count; ++i) {
         Fetch(list, i + kAhead, count);
         const std::optional<Moment> moment = steps.At(task_.rays[list[i]].time);

@@ -124,6 +124,7 @@ struct alignas(4) LeafBlock {
   uint32_t PlaceOf(std::size_t lane) const { return first + (items >> (4 * lane) & 15); }
 };
 static_assert(sizeof(LeafBlock) == 16);
+static_assert(kMostLeafSteps < 1 << 4);
 
 /// Bytes that the blocks of any leaf fit into, with what whole vectors read behind them.
 inline constexpr std::size_t kMostLeafBytes = 3072;

@@ -52,30 +52,38 @@ class VertexSet {
   VertexSet(SharedVertices shared, uint32_t steps)
       : shared_(shared),
         components_(3 * steps),
-        count_(shared == SharedVertices::kRepeat ? LeafBlock::kByLane : 0) {}
+        count_(shared == SharedVertices::kRepeat ? LeafBlock::kByLane : 0) {
+    // Lanes without a facet have no area.
+    std::fill_n(values_, count_ * components_, 0.0f);
+  }
 
   /// Corner `corner` of the facet in a lane, which is corner `of_facet` of `facets`, one a time
   /// step. Returns its place.
   uint8_t Add(std::size_t corner, std::size_t lane, const Facet* facets, int of_facet) {
-    float values[kMostComponents];
-    for (std::size_t i = 0; i < components_; i += 3) {
-      std::memcpy(values + i, facets[i / 3].corner[of_facet], 3 * sizeof(float));
-    }
-    const std::size_t bytes = components_ * sizeof(float);
+    const auto write = [&](std::size_t place) {
+      float* const values = values_ + place * components_;
+      for (std::size_t i = 0; i < components_; i += 3) {
+        std::memcpy(values + i, facets[i / 3].corner[of_facet], 3 * sizeof(float));
+      }
+      return values;
+    };
     if (shared_ == SharedVertices::kRepeat) {
       const std::size_t place = corner * kLeafLanes + lane;
-      std::memcpy(vertices_[place], values, bytes);
+      write(place);
       return static_cast<uint8_t>(place);
     }
+    DACRT_ASSERT(count_ < LeafBlock::kByLane);
+    const float* const values = write(count_);
     uint32_t bits[3];
     std::memcpy(bits, values, sizeof(bits));
     const uint64_t key = (uint64_t{bits[0]} << 32 | bits[1]) ^ std::rotl(uint64_t{bits[2]}, 17);
     for (uint8_t i = 0; i < count_; ++i) {
-      if (keys_[i] == key && std::memcmp(vertices_[i], values, bytes) == 0) return i;
+      if (keys_[i] == key &&
+          std::memcmp(values_ + i * components_, values, components_ * sizeof(float)) == 0) {
+        return i;
+      }
     }
-    DACRT_ASSERT(count_ < LeafBlock::kByLane);
     keys_[count_] = key;
-    std::memcpy(vertices_[count_], values, bytes);
     return count_++;
   }
 
@@ -83,18 +91,16 @@ class VertexSet {
   /// All x, then all y, then all z; then the same of the next time step.
   void Write(float* out) const {
     for (std::size_t component = 0; component < components_; ++component) {
-      for (uint8_t i = 0; i < count_; ++i) *out++ = vertices_[i][component];
+      for (uint8_t i = 0; i < count_; ++i) *out++ = values_[i * components_ + component];
     }
   }
 
  private:
-  static constexpr std::size_t kMostComponents = 3 * kMostLeafSteps;
-
   const SharedVertices shared_;
   const std::size_t components_;
   uint8_t count_;
   uint64_t keys_[LeafBlock::kByLane];
-  float vertices_[LeafBlock::kByLane][kMostComponents] = {};
+  float values_[LeafBlock::kByLane * 3 * kMostLeafSteps];  ///< of each vertex together
 };
 
 /// The items of a leaf that go into one block, with their places behind the first of the leaf.
@@ -109,7 +115,7 @@ void WriteFacets(const GeometryTable& geometries, const BlockItems& items, Share
   const Shapes& shapes = geometries.shapes();
   const bool is_moving = block.kind == LeafKind::kMovingFacets;
   const uint32_t steps = is_moving ? shapes.StepCount(block.geometry) : 1;
-  block.steps = steps & 15;
+  block.steps = static_cast<uint8_t>(steps);
   VertexSet vertices(shared, steps);
   uint8_t indices[3][kLeafLanes] = {};
   std::size_t lane = 0;
