@@ -1,5 +1,6 @@
-// From references to the nodes of the kept partition: a binary partition from the top down, and of
-// its ranges those become nodes that together have the least surface.
+// From references to the nodes of the kept partition: a binary partition from the top down, whose
+// ranges are put where they have less surface, and of them those become nodes that together have
+// the least.
 
 #if defined(DACRT_PARTITION_BUILD_NODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_PARTITION_BUILD_NODES_INL_H_
@@ -12,6 +13,7 @@
 
 #include "geometry/wide_node-inl.h"
 #include "partition/choose_nodes-inl.h"
+#include "partition/reinsert_ranges-inl.h"
 #include "partition/surface_split-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,9 +39,10 @@ inline void SetChildren(const ChildWord* words, size_t count, WideNode& node) {
 template <class Kind, class Leaves>
 class NodeBuilder {
  public:
-  NodeBuilder(const Kind& kind, TriangleRef* refs, Leaves& leaves, std::span<BinaryRange> ranges,
-              std::span<ExactNode> nodes, SubsetScratch& scratch)
+  NodeBuilder(const Kind& kind, const ReinsertionEffort& effort, TriangleRef* refs, Leaves& leaves,
+              std::span<BinaryRange> ranges, std::span<ExactNode> nodes, SubsetScratch& scratch)
       : kind_(kind),
+        effort_(effort),
         refs_(refs),
         leaves_(leaves),
         ranges_(ranges),
@@ -49,15 +52,17 @@ class NodeBuilder {
   /// Builds nodes over `all`, the root first, which refer to each other as InnerOfExact. Returns
   /// how many there are, 0 if there is not enough room.
   size_t Build(const WeighedRange& all) {
-    if (!SplitAll(all)) return 0;
-    ChooseNodes(ranges_.first(range_count_));
+    const float scale = all.range.bounds.SurfaceScale();
+    if (!SplitAll(all, scale)) return 0;
+    Reinserter(ranges_.first(range_count_), scale).Run(effort_);
+    ChooseNodes(ranges_.data());
     count_ = 1;
     return MakeNode(0, 0) ? count_ : 0;
   }
 
  private:
   /// The binary partition: a range stands before those that it is split into.
-  bool SplitAll(const WeighedRange& all) {
+  bool SplitAll(const WeighedRange& all, float scale) {
     struct Open {
       WeighedRange range;
       uint32_t number;
@@ -66,7 +71,16 @@ class NodeBuilder {
     Open open[8 * sizeof(size_t)];
     size_t open_count = 0;
     open[open_count++] = {all, 0};
-    Keep(0, all);
+    const auto keep = [&](uint32_t number, const WeighedRange& range, uint32_t parent) {
+      BinaryRange& kept = ranges_[number];
+      kept.bounds = range.range.bounds;
+      kept.begin = static_cast<uint32_t>(range.range.begin);
+      kept.end = static_cast<uint32_t>(range.range.end);
+      kept.first = 0;
+      kept.parent = parent;
+      kept.surface = kept.bounds.HalfArea() * scale;
+    };
+    keep(0, all, 0);
     range_count_ = 1;
     while (open_count > 0) {
       const Open next = open[--open_count];
@@ -76,8 +90,8 @@ class NodeBuilder {
       DACRT_ASSERT(halves.left.range.count() > 0 && halves.right.range.count() > 0);
       const auto first = static_cast<uint32_t>(range_count_);
       ranges_[next.number].first = first;
-      Keep(first, halves.left);
-      Keep(first + 1, halves.right);
+      keep(first, halves.left, next.number);
+      keep(first + 1, halves.right, next.number);
       range_count_ += 2;
       const bool left_is_larger = halves.left.range.count() > halves.right.range.count();
       const Open left{halves.left, first}, right{halves.right, first + 1};
@@ -85,14 +99,6 @@ class NodeBuilder {
       open[open_count++] = left_is_larger ? right : left;
     }
     return true;
-  }
-
-  void Keep(uint32_t number, const WeighedRange& range) {
-    BinaryRange& kept = ranges_[number];
-    kept.bounds = range.range.bounds;
-    kept.begin = static_cast<uint32_t>(range.range.begin);
-    kept.end = static_cast<uint32_t>(range.range.end);
-    kept.first = 0;
   }
 
   bool MakeNode(uint32_t range, size_t number) {
@@ -121,6 +127,7 @@ class NodeBuilder {
   }
 
   const Kind kind_;
+  const ReinsertionEffort effort_;
   TriangleRef* const refs_;
   Leaves& leaves_;
   const std::span<BinaryRange> ranges_;

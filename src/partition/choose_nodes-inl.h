@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <span>
 
 #include "geometry/binary_range.h"
 #include "geometry/sort_eight-inl.h"
@@ -66,22 +65,35 @@ inline void ChooseShares(BinaryRange* ranges, BinaryRange& range, float own) {
   range.left_places[0] = 0;
 }
 
+/// Calls f(number) for each range of a partition, after it was called for its halves.
+template <class F>
+inline void ForEachUpwards(const BinaryRange* ranges, const F& f) {
+  const auto first_below = [&](uint32_t number) {
+    while (!ranges[number].IsLeaf()) number = ranges[number].first;
+    return number;
+  };
+  for (uint32_t number = first_below(0);;) {
+    f(number);
+    if (number == 0) return;
+    const uint32_t parent = ranges[number].parent;
+    number = number == ranges[parent].first ? first_below(number + 1) : parent;
+  }
+}
+
 /// Chooses for all ranges of a partition, the first of which is all of it.
-inline void ChooseNodes(std::span<BinaryRange> ranges) {
+inline void ChooseNodes(BinaryRange* ranges) {
   // Of nearly equal surfaces, and of ranges that have none, the one of fewer nodes.
-  const float scale = ranges[0].bounds.SurfaceScale(), least = 0x1p-8f;
-  for (size_t i = ranges.size(); i-- > 0;) {
-    BinaryRange& range = ranges[i];
-    const float surface = range.bounds.HalfArea() * scale;
+  constexpr float kLeast = 0x1p-8f;
+  ForEachUpwards(ranges, [&](uint32_t number) HWY_ATTR {
+    BinaryRange& range = ranges[number];
     if (range.IsLeaf()) {
-      range.leaf_surface = surface;
+      range.leaf_surface = range.surface;
       std::fill_n(range.cost, WideNode::kWidth, 0.0f);
     } else {
-      range.leaf_surface =
-          ranges[range.first].leaf_surface + ranges[range.first + 1].leaf_surface;
-      ChooseShares(ranges.data(), range, surface + least);
+      range.leaf_surface = ranges[range.first].leaf_surface + ranges[range.first + 1].leaf_surface;
+      ChooseShares(ranges, range, range.surface + kLeast);
     }
-  }
+  });
 }
 
 /// The children of the node that `range` is; of a leaf itself. Returns how many.
@@ -108,32 +120,29 @@ inline size_t ChildrenOf(const BinaryRange* ranges, uint32_t range, uint32_t* ch
   return count;
 }
 
-/// Sorts the children of a node, of one of these ranges: large ones that hold little come first. Rays that look for any hit
-/// visit them so; to the one that most rays enter they go before they know that they do. Rays that
-/// look for the closest hit visit the last one first of those in which they begin. Sponza took 267
-/// ns a single shadow ray instead of 230 in the order in which space was split, and 676 instead of
-/// 623 a diffuse ray in packets of 8 where the first one came first; a terrain 143 and 119 a shadow
-/// ray.
-/// Nah, Manocha, "SATO: surface area traversal order for shadow ray tracing", Computer Graphics
-/// Forum 33(6), 2014.
+/// Sorts the children of a node, of one of these ranges: large ones that hold little come first.
+/// Rays that look for any hit visit them so; to the one that most rays enter they go before they
+/// know that they do. Rays that look for the closest hit visit the last one first of those in which
+/// they begin. Sponza took 267 ns a single shadow ray instead of 230 in the order in which space
+/// was split, and 676 instead of 623 a diffuse ray in packets of 8 where the first one came first;
+/// a terrain 143 and 119 a shadow ray. Nah, Manocha, "SATO: surface area traversal order for shadow
+/// ray tracing", Computer Graphics Forum 33(6), 2014.
 inline void SortChildren(const BinaryRange* ranges, uint32_t* children, size_t count) {
   constexpr size_t kWidth = WideNode::kWidth;
   constexpr float kMost = std::numeric_limits<float>::max();
-  const float scale = ranges[0].bounds.SurfaceScale();
   HWY_ALIGN float surfaces[kWidth], leaf_surfaces[kWidth];
   std::fill_n(surfaces, kWidth, 0.0f);
   std::fill_n(leaf_surfaces, kWidth, kMost);
   for (size_t i = 0; i < count; ++i) {
     const BinaryRange& range = ranges[children[i]];
-    surfaces[i] = range.bounds.HalfArea() * scale;
+    surfaces[i] = range.surface;
     leaf_surfaces[i] = range.leaf_surface;
   }
   EightPart keys[kParts];
   for (size_t part = 0; part < kParts; ++part) {
     const EightPart surface = hn::Load(kEightTag, surfaces + part * kPartLanes);
     const EightPart held = hn::Load(kEightTag, leaf_surfaces + part * kPartLanes);
-    const EightPart key =
-        hn::Div(held, hn::MulAdd(surface, surface, hn::Set(kEightTag, 0x1p-60f)));
+    const EightPart key = hn::Div(held, hn::MulAdd(surface, surface, hn::Set(kEightTag, 0x1p-60f)));
     // Surfaces beyond all numbers, too, have a place.
     const EightPart most = hn::Set(kEightTag, kMost);
     keys[part] = hn::IfThenElse(hn::Lt(key, most), key, most);

@@ -67,6 +67,14 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_[0].parent = Subset::kNowhere;
 }
 
+uint32_t KeptPartition::NewEdition() {
+  static std::atomic<uint32_t> last{0};
+  for (;;) {
+    const uint32_t edition = last.fetch_add(1, std::memory_order_relaxed) + 1;
+    if (edition != 0) return edition;
+  }
+}
+
 /// What nodes leave for leaves.
 std::size_t KeptPartition::LeafUnitsBeside(std::size_t nodes) const {
   const std::size_t units = nodes * kUnitsANode;

@@ -153,6 +153,10 @@ class KeptPartition {
   KeptPartition(const GeometryTable& geometries, std::size_t budget, const FirstLook& look,
                 TaskPool& tasks, const MemoryAccount* account = nullptr);
 
+  /// A number that it has only as long as its leaves are what they are, and no other partition has
+  /// (until 2^32 are used up); never 0.
+  uint32_t edition() const { return edition_; }
+
   /// For how much a partition's addresses suffice: triangles, those that cannot be hit among them,
   /// and bytes. Of those that are not used large pages may hold some.
   struct Capacity {
@@ -296,7 +300,10 @@ class KeptPartition {
   }
 
   /// From now on for these geometries, of as many triangles as it has (see refit.h).
-  void SetGeometries(const GeometryTable& geometries) { geometries_ = &geometries; }
+  void SetGeometries(const GeometryTable& geometries) {
+    geometries_ = &geometries;
+    edition_ = NewEdition();
+  }
   void SetBounds(const Box& bounds) { bounds_ = bounds; }
 
   /// Bytes that are in use, of those that the budget allows.
@@ -312,6 +319,8 @@ class KeptPartition {
       f(next);
     }
   }
+
+  static uint32_t NewEdition();
 
   void List(const FirstLook& look, TaskPool& tasks);
   ListedTriangles ListIntoGrid(const FirstLook& look, TaskPool& tasks);
@@ -340,6 +349,7 @@ class KeptPartition {
   std::span<uint32_t> left_out_;
   std::span<Subset> subsets_;
   WideNode* nodes_ = nullptr;
+  uint32_t edition_{NewEdition()};
   /// Nodes grow upwards from the first one, leaf blocks downwards from the end of the memory; both
   /// in one word, so that they never meet: slots of nodes in the upper half, units of leaves in the
   /// lower.

@@ -27,6 +27,10 @@ inline TriangleRef ReferLeaf(const Extent& bounds, ChildWord word) {
   return leaf;
 }
 
+/// A sixth of the ranges is tried, once: four fifths of what trying all of them gains, in a fifth
+/// of the time, 8 to 16 ns a triangle.
+constexpr ReinsertionEffort kOverLeaves{1, 1};
+
 /// Makes nodes in scratch.nodes over `leaves`, which are ordered anew, the root first. Returns how
 /// many there are, 0 if they have no room.
 inline size_t MakeNodesOver(std::span<TriangleRef> leaves, SubsetScratch& scratch) {
@@ -39,7 +43,7 @@ inline size_t MakeNodesOver(std::span<TriangleRef> leaves, SubsetScratch& scratc
     std::span<const TriangleRef> leaves;
   } words{leaves};
   const TriangleRange all = MeasureTriangles(leaves.data(), 0, leaves.size());
-  return NodeBuilder(Whole(), leaves.data(), words, std::span(scratch.ranges),
+  return NodeBuilder(Whole(), kOverLeaves, leaves.data(), words, std::span(scratch.ranges),
                      std::span(scratch.nodes), scratch)
       .Build({all, leaves.size() * kLeafLanes});
 }

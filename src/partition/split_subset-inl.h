@@ -76,7 +76,7 @@ inline size_t SplitOneByOne(const Kind& kind, const TriangleRange& range, Triang
                             SubsetScratch& scratch) {
   size_t weight = 0;
   for (size_t i = 0; i < range.count(); ++i) weight += kind.Weight(scratch.refs[i]);
-  return NodeBuilder(kind, scratch.refs, leaves, std::span(scratch.ranges),
+  return NodeBuilder(kind, ReinsertionEffort{}, scratch.refs, leaves, std::span(scratch.ranges),
                      std::span(scratch.nodes), scratch)
       .Build({range, weight});
 }

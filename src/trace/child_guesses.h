@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "geometry/wide_node.h"
+#include "trace/stack_slot.h"
 
 namespace dacrt {
 
@@ -23,12 +24,8 @@ inline ChildWord ByBranch(ChildWord word) {
 
 class alignas(64) ChildGuesses {
  public:
-  /// Those of the caller's thread, told by where its stack is: thread-local memory would cost a
-  /// single ray more to find. Threads that share some lose nothing but time.
-  static ChildGuesses& OfThisStack() {
-    const auto place = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) >> 16;
-    return all_[static_cast<uint32_t>(place) * 0x9E3779B1u >> (32 - kLogThreads)];
-  }
+  /// Those of the caller's thread.
+  static ChildGuesses& OfThisStack() { return all_[SlotOfThisStack()]; }
 
   /// The child `taken` of a node, which the next ray is guessed to take.
   ChildWord Take(uint32_t node, ChildWord taken) {
@@ -43,14 +40,12 @@ class alignas(64) ChildGuesses {
 
  private:
   static constexpr std::size_t kNodes = 256;
-  static constexpr unsigned kLogThreads = 6;
 
-  static std::array<ChildGuesses, std::size_t{1} << kLogThreads> all_;
+  static std::array<ChildGuesses, kStackSlots> all_;
 
   std::array<std::atomic<uint32_t>, kNodes> last_{};
 };
 
-inline constinit std::array<ChildGuesses, std::size_t{1} << ChildGuesses::kLogThreads>
-    ChildGuesses::all_{};
+inline constinit std::array<ChildGuesses, kStackSlots> ChildGuesses::all_{};
 
 }  // namespace dacrt

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dacrt/settings.h"
-#include "trace/apart_way.h"
 #include "trace/child_order.h"
+#include "trace/learnt_way.h"
 #include "trace/walk_choice.h"
 
 namespace dacrt {
@@ -13,6 +13,7 @@ struct Learnt {
   struct OfQuery {
     WalkChoice walk;  ///< of those that run close together
     LearntWay apart;  ///< of those that have next to nothing in common
+    LearntWay close;  ///< of those that run close together, in short calls
   };
 
   LearntOrder order_of_groups{8, 2048};         ///< costs are visits

@@ -24,7 +24,7 @@ inline constexpr std::size_t kFewOfSpread = 24;
 /// Packets of 16 diffuse rays took 732 ns a ray of Sponza as groups, 625 so.
 inline constexpr std::size_t kFewInSmallScene = 4, kFewApart = 8;
 
-/// Those of a packet from which on some may go side by side, in a larger scene (see apart_way.h).
+/// Those of a packet from which on some may go side by side, in a larger scene (see learnt_way.h).
 inline constexpr std::size_t kFewAbreast = 4;
 
 /// How many runs of how many rays of a call are looked at to see whether its rays run close

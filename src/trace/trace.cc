@@ -35,11 +35,11 @@ void TracePiece(Query query, const SceneParts& scene, const RayView& view, size_
 
 /// In memory on the stack; apart, so that rays that go alone do without.
 template <Query kQuery>
-HWY_NOINLINE void TraceOnStack(const SceneParts& scene, const RayView& view, bool together,
+HWY_NOINLINE void TraceOnStack(const SceneParts& scene, const RayView& view, bool as_groups,
                                const CallOptions& options, WorkspacePool& pool) {
   StackMemory<policy::kShortCall> memory;
   SplitMemory split_memory(pool);
-  TraceView<kQuery>(scene, view, 0, view.count, together, options, split_memory, memory.rays,
+  TraceView<kQuery>(scene, view, 0, view.count, as_groups, options, split_memory, memory.rays,
                     memory.hits, memory.numbers, memory.ForInstances(), memory.Lists(), nullptr,
                     nullptr);
 }
@@ -61,13 +61,24 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
                    WorkspacePool& pool) {
   const RecordLayout layout(view);
   const bool together = GoTogether(scene, layout, 0, view.count);
+  const auto on_stack = [&](bool as_groups) {
+    TraceOnStack<kQuery>(scene, view, as_groups, options, pool);
+  };
+  const auto abreast = [&] { on_stack(false); };
+  if (scene.has_callbacks) return on_stack(together);
+  Learnt::OfQuery& learnt = LearntAbout(scene.kept.get()).Of(kQuery);
+  const auto count = static_cast<uint32_t>(view.count);
+  if (together) {
+    const auto as_groups = [&] { on_stack(true); };
+    // Closest hits are quicker as groups, and so is what is soon found.
+    if (kQuery == Query::kClosest || scene.is_small) return as_groups();
+    return learnt.close.Trace(count, as_groups, abreast);
+  }
   const bool are_packets =
       kQuery == Query::kClosest ? layout.has_hit_records() : layout.has_records();
-  const auto on_stack = [&] { TraceOnStack<kQuery>(scene, view, together, options, pool); };
-  if (together || !are_packets || scene.has_callbacks) return on_stack();
-  const auto singles = [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); };
-  LearntWay& learnt = LearntAbout(scene.kept.get()).Of(kQuery).apart;
-  learnt.Trace(static_cast<uint32_t>(view.count), singles, on_stack);
+  if (!are_packets) return abreast();
+  learnt.apart.Trace(
+      count, [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); }, abreast);
 }
 
 void TraceShort(Query query, const SceneParts& scene, const RayView& view,

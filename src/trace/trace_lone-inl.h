@@ -10,6 +10,7 @@
 
 #include "leaf/lone_packet-inl.h"
 #include "leaf/user.h"
+#include "trace/last_blocker.h"
 #include "trace/lone_hit-inl.h"
 #include "trace/trace_rays-inl.h"
 
@@ -96,6 +97,8 @@ class LoneTracer {
 
   template <Asks kAsks>
   HWY_INLINE void Trace() {
+    constexpr bool kRemembersBlocker = kQuery == Query::kAny && kAsks == Asks::kNobody;
+    if (kRemembersBlocker && IsBlockedAgain()) return;
     OpenChildren open;
     ChildWord child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
@@ -110,7 +113,21 @@ class LoneTracer {
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
     if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
-    return TestFacets<kAsks>(*block);
+    const WalkStep step = TestFacets<kAsks>(*block);
+    if (kQuery == Query::kAny && step == WalkStep::kStop) {
+      LastBlocker::OfThisStack().Remember(scene_.kept->edition(), leaf);
+    }
+    return step;
+  }
+
+  /// Whether the leaf in which a ray was blocked just before blocks this one, too.
+  HWY_INLINE bool IsBlockedAgain() {
+    LastBlocker& last = LastBlocker::OfThisStack();
+    const std::optional<ChildWord> leaf = last.In(scene_.kept->edition());
+    if (HWY_LIKELY(!leaf)) return false;
+    if (TestFacets<Asks::kNobody>(*partition_.FirstBlock(*leaf)) == WalkStep::kStop) return true;
+    last.Forget();
+    return false;
   }
 
   /// Solves what the walk has left, be it that there is something to ask or another kind of leaf,

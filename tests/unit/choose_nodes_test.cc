@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "binary_partition.h"
 #include "unit_test.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -18,57 +19,13 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
+using unit::BinaryPartition;
+using unit::MakePartition;
 using unit::Random;
-
-/// A binary partition of some leaves, boxes anywhere, at random places.
-std::vector<BinaryRange> MakePartition(Random& random, uint32_t leaves, bool is_flat) {
-  std::vector<BinaryRange> ranges(1);
-  ranges[0].begin = 0;
-  ranges[0].end = leaves;
-  for (size_t i = 0; i < ranges.size(); ++i) {
-    const uint32_t begin = ranges[i].begin, end = ranges[i].end;
-    ranges[i].first = 0;
-    if (end - begin < 2) continue;
-    const uint32_t middle = begin + 1 + static_cast<uint32_t>(random.Next() % (end - begin - 1));
-    ranges[i].first = static_cast<uint32_t>(ranges.size());
-    BinaryRange left{}, right{};
-    left.begin = begin;
-    left.end = right.begin = middle;
-    right.end = end;
-    ranges.push_back(left);
-    ranges.push_back(right);
-  }
-  for (size_t i = ranges.size(); i-- > 0;) {
-    Box& bounds = ranges[i].bounds;
-    bounds = Box::Empty();
-    if (ranges[i].IsLeaf()) {
-      for (int corner = 0; corner < 2; ++corner) {
-        const float point[3] = {random.Uniform(0, 1), is_flat ? 0 : random.Uniform(0, 1),
-                                is_flat ? 0 : random.Uniform(0, 1)};
-        bounds.Extend(point);
-      }
-    } else {
-      for (const BinaryRange& half : {ranges[ranges[i].first], ranges[ranges[i].first + 1]}) {
-        bounds.Extend(half.bounds.lower);
-        bounds.Extend(half.bounds.upper);
-      }
-    }
-  }
-  return ranges;
-}
-
-void ScaleAll(std::vector<BinaryRange>& ranges, float scale) {
-  for (BinaryRange& range : ranges) {
-    for (int axis = 0; axis < 3; ++axis) {
-      range.bounds.lower[axis] *= scale;
-      range.bounds.upper[axis] *= scale;
-    }
-  }
-}
 
 /// The least surface of the nodes over a range that takes at most `places` of a node above it, by
 /// trying everything.
-double LeastSurface(const std::vector<BinaryRange>& ranges, uint32_t range, uint32_t places) {
+double LeastSurface(const BinaryPartition& ranges, uint32_t range, uint32_t places) {
   const BinaryRange& own = ranges[range];
   if (own.IsLeaf()) return 0;
   double least = std::numeric_limits<double>::infinity();
@@ -87,9 +44,9 @@ struct Nodes {
   size_t count = 0;
   std::vector<uint32_t> leaves;  ///< their references, in the order in which they are found
 
-  Nodes(const std::vector<BinaryRange>& ranges, uint32_t root) { Visit(ranges, root); }
+  Nodes(const BinaryPartition& ranges, uint32_t root) { Visit(ranges, root); }
 
-  void Visit(const std::vector<BinaryRange>& ranges, uint32_t node) {
+  void Visit(const BinaryPartition& ranges, uint32_t node) {
     ++count;
     surface += ranges[node].bounds.HalfArea();
     uint32_t children[WideNode::kWidth];
@@ -114,8 +71,8 @@ void TheSurfaceIsTheLeast() {
   Random random(71);
   for (uint32_t leaves = 2; leaves <= 14; ++leaves) {
     for (int round = 0; round < 5; ++round) {
-      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
-      ChooseNodes(ranges);
+      BinaryPartition ranges = MakePartition(random, leaves, false);
+      ChooseNodes(ranges.data());
       const Nodes nodes(ranges, 0);
       ExpectOrder(nodes.leaves, leaves);
       const double own = ranges[0].bounds.HalfArea();
@@ -130,8 +87,8 @@ void TheSurfaceIsTheLeast() {
 void NodesWithoutSurfaceAreFull() {
   Random random(72);
   for (const uint32_t leaves : {1u, 8u, 9u, 64u, 500u}) {
-    std::vector<BinaryRange> ranges = MakePartition(random, leaves, true);
-    ChooseNodes(ranges);
+    BinaryPartition ranges = MakePartition(random, leaves, true);
+    ChooseNodes(ranges.data());
     const Nodes nodes(ranges, 0);
     ExpectOrder(nodes.leaves, leaves);
     // Each node but the root takes one place and gives up to eight.
@@ -141,14 +98,14 @@ void NodesWithoutSurfaceAreFull() {
 }
 
 /// The surface of the leaves of a range together.
-double LeafSurface(const std::vector<BinaryRange>& ranges, uint32_t range) {
+double LeafSurface(const BinaryPartition& ranges, uint32_t range) {
   const BinaryRange& own = ranges[range];
   if (own.IsLeaf()) return own.bounds.HalfArea();
   return LeafSurface(ranges, own.first) + LeafSurface(ranges, own.first + 1);
 }
 
 /// The children of a node, sorted.
-std::vector<uint32_t> SortedChildren(const std::vector<BinaryRange>& ranges, uint32_t node) {
+std::vector<uint32_t> SortedChildren(const BinaryPartition& ranges, uint32_t node) {
   uint32_t children[WideNode::kWidth];
   const size_t count = ChildrenOf(ranges.data(), node, children);
   std::vector<uint32_t> sorted(children, children + count), as_found = sorted;
@@ -162,9 +119,8 @@ void LargeChildrenThatHoldLittleComeFirst() {
   Random random(74);
   for (const float scale : {1.0f, 1e-12f, 1e12f}) {
     for (uint32_t leaves = 2; leaves <= 60; ++leaves) {
-      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
-      ScaleAll(ranges, scale);
-      ChooseNodes(ranges);
+      BinaryPartition ranges = MakePartition(random, leaves, false, scale);
+      ChooseNodes(ranges.data());
       for (uint32_t node = 0; node < ranges.size(); ++node) {
         if (ranges[node].IsLeaf()) continue;
         double last = 0;
@@ -185,9 +141,8 @@ void NodesOfInfiniteSurfaceHoldAll() {
   Random random(73);
   for (const uint32_t leaves : {2u, 8u, 9u, 64u, 500u}) {
     for (const float scale : {8e18f, 1e19f, 1e20f, 1e30f}) {
-      std::vector<BinaryRange> ranges = MakePartition(random, leaves, false);
-      ScaleAll(ranges, scale);
-      ChooseNodes(ranges);
+      BinaryPartition ranges = MakePartition(random, leaves, false, scale);
+      ChooseNodes(ranges.data());
       ExpectOrder(Nodes(ranges, 0).leaves, leaves);
       for (uint32_t node = 0; node < ranges.size(); ++node) {
         if (!ranges[node].IsLeaf()) SortedChildren(ranges, node);

@@ -1,9 +1,10 @@
-// Rays that have next to nothing in common go one way or another, which changes nothing.
-#include "trace/apart_way.h"
+// Rays go one way or another, which changes nothing.
+#include "trace/learnt_way.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -22,28 +23,38 @@ void Spin() {
   while (std::chrono::steady_clock::now() < end) continue;
 }
 
-TEST(ApartWayTest, MostGoTheQuickerWay) {
-  for (const bool alone_is_quicker : {false, true}) {
+TEST(LearntWayTest, MostGoTheQuickerWay) {
+  for (const bool first_is_quicker : {false, true}) {
     LearntWay way;
     constexpr uint32_t kRays = 64, kCalls = 4096;
-    uint32_t alone = 0, abreast = 0;
+    uint32_t first = 0, second = 0;
     for (uint32_t i = 0; i < kCalls; ++i) {
       way.Trace(
           kRays,
           [&] {
-            ++alone;
-            if (!alone_is_quicker) Spin();
+            ++first;
+            if (!first_is_quicker) Spin();
           },
           [&] {
-            ++abreast;
-            if (alone_is_quicker) Spin();
+            ++second;
+            if (first_is_quicker) Spin();
           });
     }
-    EXPECT_EQ(alone + abreast, kCalls);
+    EXPECT_EQ(first + second, kCalls);
     // The other way is tried now and then.
-    const uint32_t other = alone_is_quicker ? abreast : alone;
+    const uint32_t other = first_is_quicker ? second : first;
     EXPECT_GT(other, 0u);
     EXPECT_LT(other, kCalls / 4);
+  }
+}
+
+/// Calls `trace` for some rays in a row, until all of them have had their turn.
+template <class T, class Trace>
+void ForEachCall(std::vector<T>& rays, const Trace& trace) {
+  for (std::size_t begin = 0, call = 0; begin < rays.size(); ++call) {
+    const std::size_t count = std::min(rays.size() - begin, std::size_t{1} + 37 * call % 100);
+    trace(std::span(rays).subspan(begin, count));
+    begin += count;
   }
 }
 
@@ -65,21 +76,25 @@ class ShortCallsTest : public testing::Test {
     scene_->ClosestHits(found_);
   }
 
+  /// Blocks the rays in many calls, each way among them.
+  void ExpectTheSameBlocked() {
+    std::vector<Ray> before;
+    for (const RayHit& ray : rays_) before.push_back(ray.ray);
+    for (std::size_t round = 0; round < kRounds; ++round) {
+      std::vector<Ray> rays = before;
+      ForEachCall(rays, [&](std::span<Ray> some) { scene_->AnyHits(some); });
+      for (std::size_t i = 0; i < kRays; ++i) {
+        const float expected = found_[i].hit ? -unit::kInfinity : before[i].tfar;
+        ASSERT_EQ(rays[i].tfar, expected) << i;
+      }
+    }
+  }
+
   std::vector<unit::Mesh> meshes_;
   const std::shared_ptr<Device> device_ = std::make_shared<Device>();
   std::unique_ptr<Scene> scene_;
   std::vector<RayHit> rays_ = MakeRayHits(2, kRays), found_;
 };
-
-/// Calls `trace` for some rays in a row, until all of them have had their turn.
-template <class T, class Trace>
-void ForEachCall(std::vector<T>& rays, const Trace& trace) {
-  for (std::size_t begin = 0, call = 0; begin < rays.size(); ++call) {
-    const std::size_t count = std::min(rays.size() - begin, std::size_t{1} + 37 * call % 100);
-    trace(std::span(rays).subspan(begin, count));
-    begin += count;
-  }
-}
 
 TEST_F(ShortCallsTest, FindTheSameClosestHits) {
   for (std::size_t round = 0; round < kRounds; ++round) {
@@ -89,17 +104,19 @@ TEST_F(ShortCallsTest, FindTheSameClosestHits) {
   }
 }
 
-TEST_F(ShortCallsTest, BlockTheSameRays) {
-  std::vector<Ray> before;
-  for (const RayHit& ray : rays_) before.push_back(ray.ray);
-  for (std::size_t round = 0; round < kRounds; ++round) {
-    std::vector<Ray> rays = before;
-    ForEachCall(rays, [&](std::span<Ray> some) { scene_->AnyHits(some); });
-    for (std::size_t i = 0; i < kRays; ++i) {
-      const float expected = found_[i].hit ? -unit::kInfinity : before[i].tfar;
-      ASSERT_EQ(rays[i].tfar, expected) << i;
-    }
+TEST_F(ShortCallsTest, BlockTheSameRays) { ExpectTheSameBlocked(); }
+
+TEST_F(ShortCallsTest, BlockTheSameRaysThatRunCloseTogether) {
+  unit::Random random(4);
+  for (RayHit& ray : rays_) {
+    std::copy_n(std::array{0.0f, 0.1f, -1.5f}.data(), 3, ray.ray.org);
+    ray.ray.dir[0] = random.Uniform(-0.05f, 0.05f);
+    ray.ray.dir[1] = random.Uniform(-0.05f, 0.05f);
+    ray.ray.dir[2] = 1;
   }
+  found_ = rays_;
+  scene_->ClosestHits(found_);
+  ExpectTheSameBlocked();
 }
 
 }  // namespace

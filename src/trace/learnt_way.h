@@ -1,0 +1,43 @@
+// Which of two ways the rays of small calls go, where no rule knows which one is quicker.
+//
+// Rays that have next to nothing in common: alone, each takes the short way of a single ray, and
+// the processor guesses where it goes; some abreast, one is tested while another waits for memory.
+// Which is quicker depends on how much they wait and how well they can be guessed: calls of 64
+// ambient rays took 1.36 times as long abreast in a scene of 7,088 triangles, and 1.15 times as
+// long alone in one of 871,000.
+//
+// Rays that run close together and look for any hit: as groups, or some abreast, which is quicker
+// where they come apart before they are blocked. Calls of 64 shadow rays took 1.29 times as long as
+// groups in that scene, and .97 times in a hall.
+//
+// What rays hit does not depend on it.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/ticks.h"
+#include "trace/learnt_best.h"
+
+namespace dacrt {
+
+/// Learns by the time of some calls, and asks no clock in the others.
+class LearntWay {
+ public:
+  /// Takes so many rays one way or the other.
+  template <class First, class Second>
+  void Trace(uint32_t rays, const First& first, const Second& second) {
+    const bool is_timed = best_.is_trial();
+    const uint64_t start = is_timed ? Ticks() : 0;
+    if (best_.Next() == 0) {
+      first();
+    } else {
+      second();
+    }
+    best_.Count(is_timed ? Ticks() - start : 0, rays);
+  }
+
+ private:
+  LearntBest<2> best_{4096, 1 << 19, 512};  ///< batches are rays
+};
+
+}  // namespace dacrt
