@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -23,7 +24,8 @@ TEST(LastBlockerTest, IsOfOneEdition) {
   EXPECT_FALSE(last.In(7));
 }
 
-/// Sheets of triangles across the rays that go from a point near z = -2 upwards.
+/// Sheets of triangles across the rays that go from a point near z = -2 upwards. A sheet is two
+/// geometries, which leaves have in common: their copies are not renewed before rays come.
 class BlockedRaysTest : public testing::Test {
  protected:
   using Sheet = std::vector<Vector>;
@@ -38,16 +40,16 @@ class BlockedRaysTest : public testing::Test {
     return vertices;
   }
 
-  Geometry Describe(const Sheet& sheet, uint32_t id) const {
-    return Triangles(sheet, triangles_, id);
+  std::vector<Geometry> Describe(const Sheet& sheet) const {
+    return {Triangles(sheet, triangles_[0], 0), Triangles(sheet, triangles_[1], 1)};
   }
 
   void SetUp() override {
     for (uint32_t y = 0; y < kCells; ++y) {
       for (uint32_t x = 0; x < kCells; ++x) {
         const uint32_t corner = y * (kCells + 1) + x, above = corner + kCells + 1;
-        triangles_.push_back({corner, corner + 1, above});
-        triangles_.push_back({above, corner + 1, above + 1});
+        triangles_[0].push_back({corner, corner + 1, above});
+        triangles_[1].push_back({above, corner + 1, above + 1});
       }
     }
   }
@@ -66,18 +68,18 @@ class BlockedRaysTest : public testing::Test {
   }
 
   static constexpr int kCells = 24;
-  std::vector<std::array<uint32_t, 3>> triangles_;
+  std::vector<std::array<uint32_t, 3>> triangles_[2];
   const std::shared_ptr<Device> device_ = std::make_shared<Device>();
 };
 
 TEST_F(BlockedRaysTest, WhatIsGoneBlocksNoMore) {
   const Sheet sheet = MakeSheet(0), far_sheet = MakeSheet(-3);
-  const std::vector before = {Describe(sheet, 0)}, after = {Describe(far_sheet, 0)};
+  const std::vector before = Describe(sheet), after = Describe(far_sheet);
   auto scene = std::make_unique<Scene>(device_, before, SceneOptions{});
   ExpectBlocked(*scene, true);
-  ASSERT_TRUE(scene->Update({after[0]}));
+  ASSERT_TRUE(scene->Update(after));
   ExpectBlocked(*scene, false);
-  ASSERT_TRUE(scene->Update({before[0]}));
+  ASSERT_TRUE(scene->Update(before));
   ExpectBlocked(*scene, true);
   auto next = std::make_unique<Scene>(device_, after, SceneOptions{}, *scene);
   ASSERT_TRUE(next->takes_over());
@@ -87,14 +89,13 @@ TEST_F(BlockedRaysTest, WhatIsGoneBlocksNoMore) {
 
 TEST_F(BlockedRaysTest, OtherScenesBlockNothing) {
   const Sheet near_sheet = MakeSheet(0), far_sheet = MakeSheet(-3);
-  const Scene blocked(device_, std::vector{Describe(near_sheet, 0)}, {});
-  const Scene open(device_, std::vector{Describe(far_sheet, 0)}, {});
+  const Scene blocked(device_, Describe(near_sheet), {});
+  const Scene open(device_, Describe(far_sheet), {});
   for (int round = 0; round < 3; ++round) {
     ExpectBlocked(blocked, true);
     ExpectBlocked(open, false);
   }
-  auto copied = std::make_unique<Scene>(device_, std::vector{Describe(far_sheet, 0)},
-                                        SceneOptions{}, blocked);
+  auto copied = std::make_unique<Scene>(device_, Describe(far_sheet), SceneOptions{}, blocked);
   ASSERT_TRUE(copied->takes_over());
   copied->TakeCopy(blocked);
   ExpectBlocked(blocked, true);
@@ -104,7 +105,7 @@ TEST_F(BlockedRaysTest, OtherScenesBlockNothing) {
 
 TEST_F(BlockedRaysTest, RaysThatEndBeforeAreNotBlocked) {
   const Sheet sheet = MakeSheet(0);
-  const Scene scene(device_, std::vector{Describe(sheet, 0)}, {});
+  const Scene scene(device_, Describe(sheet), {});
   for (int i = 0; i < 400; ++i) {
     Ray ray;
     ray.org[0] = 0.51f;
