@@ -98,7 +98,8 @@ class LoneTracer {
   template <Asks kAsks>
   HWY_INLINE void Trace() {
     constexpr bool kRemembersBlocker = kQuery == Query::kAny && kAsks == Asks::kNobody;
-    if (kRemembersBlocker && IsBlockedAgain()) return;
+    // To walk through a small scene costs no more than the leaf.
+    if (kRemembersBlocker && !scene_.is_small && IsBlockedAgain()) return;
     OpenChildren open;
     ChildWord child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
