@@ -66,18 +66,21 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
   };
   const auto abreast = [&] { on_stack(false); };
   if (scene.has_callbacks) return on_stack(together);
-  Learnt::OfQuery& learnt = LearntAbout(scene.kept.get()).Of(kQuery);
+  // Looked up where it is wanted only: that costs a short call something.
+  const auto learnt = [&]() -> Learnt::OfQuery& {
+    return LearntAbout(scene.kept.get()).Of(kQuery);
+  };
   const auto count = static_cast<uint32_t>(view.count);
   if (together) {
     const auto as_groups = [&] { on_stack(true); };
     // Closest hits are quicker as groups, and so is what is soon found.
     if (kQuery == Query::kClosest || scene.is_small) return as_groups();
-    return learnt.close.Trace(count, as_groups, abreast);
+    return learnt().close.Trace(count, as_groups, abreast);
   }
   const bool are_packets =
       kQuery == Query::kClosest ? layout.has_hit_records() : layout.has_records();
   if (!are_packets) return abreast();
-  learnt.apart.Trace(
+  learnt().apart.Trace(
       count, [&] { TraceSingles<kQuery>(scene, view, layout, options, pool); }, abreast);
 }
 
