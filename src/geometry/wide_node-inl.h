@@ -79,43 +79,77 @@ inline constexpr PlaneOffsets kPlaneOffsets[8] = {PlaneOffsets(0), PlaneOffsets(
                                                   PlaneOffsets(3), PlaneOffsets(4), PlaneOffsets(5),
                                                   PlaneOffsets(6), PlaneOffsets(7)};
 
-/// These planes, in registers: a lane a child.
+/// These planes of an exact node, a lane a child, and a part of the children at a time.
+/// `move(plane, axis)` says from where they are counted.
+template <class Move>
+struct ExactPlanes {
+  HWY_INLINE ExactPlanes(const WideNode& node, const PlaneOffsets& offsets, const Move& move)
+      : faces(node.ExactFaces()), offsets(offsets), move(move) {}
+
+  HWY_INLINE EightPart Near(size_t part, int axis) const { return At(offsets.near, part, axis); }
+  HWY_INLINE EightPart Far(size_t part, int axis) const { return At(offsets.far, part, axis); }
+
+ private:
+  HWY_INLINE EightPart At(const uint32_t* offset, size_t part, int axis) const {
+    return move(hn::Load(kEightTag, faces + offset[axis] + part * kPartLanes), axis);
+  }
+
+  const float* const faces;
+  const PlaneOffsets& offsets;
+  const Move& move;
+};
+
+/// The same of another node. The origin is moved while steps are converted.
+template <class Move>
+struct SteppedPlanes {
+  HWY_INLINE SteppedPlanes(const WideNode& node, const PlaneOffsets& offsets, const Move& move)
+      : steps(&node.lower[0][0]), offsets(offsets) {
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis] = move(hn::Set(kEightTag, node.origin[axis]), axis);
+      scale[axis] = hn::Set(kEightTag, node.scale[axis]);
+    }
+  }
+
+  HWY_INLINE EightPart Near(size_t part, int axis) const { return At(offsets.near, part, axis); }
+  HWY_INLINE EightPart Far(size_t part, int axis) const { return At(offsets.far, part, axis); }
+
+ private:
+  HWY_INLINE EightPart At(const uint32_t* offset, size_t part, int axis) const {
+    return DecodeFaces(steps + offset[axis] + part * kPartLanes, origin[axis], scale[axis]);
+  }
+
+  const uint8_t* const steps;
+  const PlaneOffsets& offsets;
+  EightPart origin[3], scale[3];
+};
+
+/// The same of any node, in registers.
 struct ChildPlanes {
   EightPart near[kParts][3];
   EightPart far[kParts][3];
 
   HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets)
-      : ChildPlanes(node, offsets, [](EightPart origin, int) HWY_ATTR { return origin; }) {}
+      : ChildPlanes(node, offsets, [](EightPart plane, int) HWY_ATTR { return plane; }) {}
 
-  /// As seen from `org`. For a single ray: the subtraction is done while steps are converted.
-  HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets, const EightPart* org)
-      : ChildPlanes(node, offsets, [org](EightPart origin, int axis) HWY_ATTR {
-          return hn::Sub(origin, org[axis]);
-        }) {}
-
- private:
-  /// `move(origin, axis)` says from where planes are counted.
   template <class Move>
   HWY_INLINE ChildPlanes(const WideNode& node, const PlaneOffsets& offsets, const Move& move) {
     if (HWY_LIKELY(node.is_exact)) {
-      const float* const faces = node.ExactFaces();
-      for (int axis = 0; axis < 3; ++axis) {
-        for (size_t part = 0; part < kParts; ++part) {
-          const size_t first = part * kPartLanes;
-          near[part][axis] = move(hn::Load(kEightTag, faces + offsets.near[axis] + first), axis);
-          far[part][axis] = move(hn::Load(kEightTag, faces + offsets.far[axis] + first), axis);
-        }
-      }
-      return;
+      Load(ExactPlanes(node, offsets, move));
+    } else {
+      Load(SteppedPlanes(node, offsets, move));
     }
-    const uint8_t* const steps = &node.lower[0][0];
+  }
+
+  HWY_INLINE EightPart Near(size_t part, int axis) const { return near[part][axis]; }
+  HWY_INLINE EightPart Far(size_t part, int axis) const { return far[part][axis]; }
+
+ private:
+  template <class Planes>
+  HWY_INLINE void Load(const Planes& planes) {
     for (int axis = 0; axis < 3; ++axis) {
-      const EightPart origin = move(hn::Set(kEightTag, node.origin[axis]), axis);
-      const EightPart scale = hn::Set(kEightTag, node.scale[axis]);
       for (size_t part = 0; part < kParts; ++part) {
-        near[part][axis] =
-            DecodeFaces(steps + offsets.near[axis] + part * kPartLanes, origin, scale);
-        far[part][axis] = DecodeFaces(steps + offsets.far[axis] + part * kPartLanes, origin, scale);
+        near[part][axis] = planes.Near(part, axis);
+        far[part][axis] = planes.Far(part, axis);
       }
     }
   }

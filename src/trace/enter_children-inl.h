@@ -71,16 +71,25 @@ struct LoneSlabRay {
   template <class Store>
   HWY_INLINE uint32_t Enter(const WideNode& node, const PlaneOffsets& offsets, float tfar,
                             const Store& store) const {
-    const ChildPlanes planes(node, offsets, org);
+    const auto move = [&](EightPart plane, int axis) HWY_ATTR { return hn::Sub(plane, org[axis]); };
+    if constexpr (kParts == 1) return Enter(ChildPlanes(node, offsets, move), tfar, store);
+    // So many planes do not fit into registers at once.
+    return HWY_LIKELY(node.is_exact) ? Enter(ExactPlanes(node, offsets, move), tfar, store)
+                                     : Enter(SteppedPlanes(node, offsets, move), tfar, store);
+  }
+
+ private:
+  template <class Planes, class Store>
+  HWY_INLINE uint32_t Enter(const Planes& planes, float tfar, const Store& store) const {
     // -0 would be less than 0 below.
     const auto end = AsNumber(hn::Set(kEightTag, tfar + 0.0f));
     uint32_t entered = 0;
     for (size_t part = 0; part < kParts; ++part) {
       const auto near = [&](int axis) HWY_ATTR {
-        return AsNumber(hn::Mul(planes.near[part][axis], reciprocal.near[axis]));
+        return AsNumber(hn::Mul(planes.Near(part, axis), reciprocal.near[axis]));
       };
       const auto far = [&](int axis) HWY_ATTR {
-        return AsNumber(hn::Mul(planes.far[part][axis], reciprocal.far[axis]));
+        return AsNumber(hn::Mul(planes.Far(part, axis), reciprocal.far[axis]));
       };
       const EightPart entry = hn::BitCast(
           kEightTag, hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), AsNumber(start))));
@@ -92,7 +101,6 @@ struct LoneSlabRay {
     return entered;
   }
 
- private:
   /// As whole numbers distances compare as they do as they are, and sooner, unless two of them are
   /// negative. Entries are not less than the start, which is not (see RayRecord::StartOf); which of
   /// several negative exits it is does not matter.

@@ -96,10 +96,11 @@ class FewTracer {
     ChildWord& child = way.node;
     WideNode& node = task_.partition.nodes[child.number()];
     host.Enter(node, entered);
-    way.open.template PushAll<kQuery>(node, entered, distances);
-    if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
+    OpenStack<> open(way.open);
+    open.template PushAll<kQuery>(node, entered, distances);
+    if (!open.template Next<kQuery>(way.ray.tfar, child)) return false;
     PrefetchChild(task_.partition, child);
-    if (HWY_UNLIKELY(way.open.IsFull())) {
+    if (HWY_UNLIKELY(open.IsFull())) {
       one_.TraceEach(child, way.open, way.number, memory);
       return false;
     }
@@ -107,7 +108,7 @@ class FewTracer {
       const WalkStep step = host.Solve(child);
       if (step == WalkStep::kVisit) continue;
       if (step == WalkStep::kStop) return false;
-      if (!way.open.template Next<kQuery>(way.ray.tfar, child)) return false;
+      if (!open.template Next<kQuery>(way.ray.tfar, child)) return false;
     }
     return true;
   }

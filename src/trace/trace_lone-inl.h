@@ -85,6 +85,9 @@ class LoneTracer {
 
   template <Asks kAsks>
   struct Host {
+    // Shorter vectors leave closest hits no register for it.
+    using OpenCount = std::conditional_t<kQuery == Query::kAny || kParts == 1, size_t, size_t&>;
+
     HWY_INLINE bool Enter(const WideNode& node, uint32_t entered) const {
       return node.BareLeaves(entered) == 0;
     }
@@ -141,7 +144,7 @@ class LoneTracer {
         ResumeAsTask(child, open);
         return false;
       }
-      if (!open.Next<kQuery>(ray_.tfar, child)) return false;
+      if (!OpenStack<>(open).template Next<kQuery>(ray_.tfar, child)) return false;
     } while (child.IsBlock() && !partition_.FirstBlock(child)->IsPlain());
     return true;
   }

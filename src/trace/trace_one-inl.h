@@ -36,6 +36,17 @@ struct OpenChildren {
   float distance[kMost];
   uint32_t word[kMost];
   size_t count = 0;
+};
+
+/// The same while a ray is on its way. `Count` is where their number is meanwhile: size_t, in a
+/// register, for a walk that calls nobody and goes on then, or a reference.
+template <class Count = size_t&>
+class OpenStack {
+ public:
+  HWY_INLINE explicit OpenStack(OpenChildren& open) : open_(open), count_(open.count) {}
+  HWY_INLINE ~OpenStack() { open_.count = count_; }
+  OpenStack(const OpenStack&) = delete;
+  OpenStack& operator=(const OpenStack&) = delete;
 
   /// The one of the children that are entered, of which there is one, to which a ray goes first;
   /// the others are open then.
@@ -56,10 +67,10 @@ struct OpenChildren {
     // Other threads may change words meanwhile, each as a whole.
     const auto words = hn::LoadU(ChildTag(), node.child);
     hn::StoreU(hn::TableLookupLanes(words, hn::IndicesFromVec(ChildTag(), order)), ChildTag(),
-               word + count);
-    count += hwy::PopCount(entered);
+               open_.word + count_);
+    count_ += hwy::PopCount(entered);
 #else
-    const size_t bottom = count;
+    const size_t bottom = count_;
     ForEachLane(entered, [&](size_t i) {
       Push(kQuery == Query::kClosest ? distances[i] : 0, node.Child(i));
     });
@@ -68,23 +79,23 @@ struct OpenChildren {
   }
 
   /// Whether the children of another node may find no room.
-  bool IsFull() const { return count + WideNode::kWidth > kMost; }
+  bool IsFull() const { return count_ + WideNode::kWidth > OpenChildren::kMost; }
 
   /// The next one that a ray which ends at `tfar` has to look at; false if there is none.
   template <Query kQuery>
   HWY_INLINE bool Next(float tfar, ChildWord& next) {
     // Where any hit will do there are no distances.
     do {
-      if (count == 0) return false;
-      --count;
-    } while (kQuery == Query::kClosest && !(distance[count] <= tfar));
-    next = ChildWord(word[count]);
+      if (count_ == 0) return false;
+      --count_;
+    } while (kQuery == Query::kClosest && !(open_.distance[count_] <= tfar));
+    next = ChildWord(open_.word[count_]);
     return true;
   }
 
   HWY_INLINE void Push(float d, ChildWord child) {
-    distance[count] = d;
-    word[count++] = child.bits();
+    open_.distance[count_] = d;
+    open_.word[count_++] = child.bits();
   }
 
  private:
@@ -110,7 +121,7 @@ struct OpenChildren {
     PrefetchChild(partition, child);
     ForEachLane(entered, [&](size_t i) { PrefetchChild(partition, node.Child(i)); });
     PushAll<Query::kClosest>(node, all, distances);
-    return ChildWord(word[--count]);
+    return ChildWord(open_.word[--count_]);
   }
 
 #if DACRT_SORTS_CHILDREN
@@ -151,7 +162,8 @@ struct OpenChildren {
     keys = hn::ConcatUpperLower(d, hn::Min(keys, reversed), hn::Max(keys, reversed));
     sort_fours(hn::Shuffle1032(keys));
     sort_pairs(hn::Shuffle2301(keys));
-    hn::StoreU(hn::BitCast(kEightTag, hn::AndNot(number, keys)), kEightTag, distance + count);
+    hn::StoreU(hn::BitCast(kEightTag, hn::AndNot(number, keys)), kEightTag,
+               open_.distance + count_);
     return hn::BitCast(ChildTag(), hn::AndNot(keys, number));
   }
 #endif
@@ -164,7 +176,7 @@ struct OpenChildren {
       const ChildWord child = node.Child(last);
       rest ^= 1u << last;
       PrefetchChild(partition, child);
-      word[count++] = child.bits();
+      open_.word[count_++] = child.bits();
     }
     // Most often it is the first of all, where the processor is before it knows which are entered.
     if (entered & 1) return ByBranch(node.Child(0));
@@ -173,18 +185,21 @@ struct OpenChildren {
 
   /// Sorts those from `bottom` on, of which there are a few.
   HWY_INLINE void Sort(size_t bottom) {
-    for (size_t i = bottom + 1; i < count; ++i) {
-      const float d = distance[i];
-      const uint32_t w = word[i];
+    for (size_t i = bottom + 1; i < count_; ++i) {
+      const float d = open_.distance[i];
+      const uint32_t w = open_.word[i];
       size_t place = i;
-      for (; place > bottom && distance[place - 1] < d; --place) {
-        distance[place] = distance[place - 1];
-        word[place] = word[place - 1];
+      for (; place > bottom && open_.distance[place - 1] < d; --place) {
+        open_.distance[place] = open_.distance[place - 1];
+        open_.word[place] = open_.word[place - 1];
       }
-      distance[place] = d;
-      word[place] = w;
+      open_.distance[place] = d;
+      open_.word[place] = w;
     }
   }
+
+  OpenChildren& open_;
+  Count count_;
 };
 
 /// The block of a leaf that holds still facets and nothing else, as most do; else null.
@@ -215,13 +230,20 @@ enum class WalkStep {
   kLeave,  ///< somebody else goes on from here
 };
 
-/// Takes one ray through nodes, from `child` on, until nothing is open. `host` has
+/// Takes one ray through nodes, from `from` on, until nothing is open. `host` has
 ///   bool Enter(WideNode&, uint32_t entered)   before children of a node are visited; false: leave
 ///   WalkStep Solve(ChildWord&)                a child that is not a node
-/// False if the host has left; `child` and `open` then say where.
+///   OpenCount                                 see OpenStack
+/// False if the host has left; `from` and `open_children` then say where.
 template <Query kQuery, class Host>
-HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, ChildWord& child,
-                        OpenChildren& open, const Host& host) {
+HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, ChildWord& from,
+                        OpenChildren& open_children, const Host& host) {
+  OpenStack<typename Host::OpenCount> open(open_children);
+  ChildWord child = from;
+  const auto leave = [&]() HWY_ATTR {
+    from = child;
+    return false;
+  };
   const LoneSlabRay slab_ray{SlabRay(ray)};
   const PlaneOffsets& offsets = kPlaneOffsets[ray.Octant()];
   ChildGuesses& guesses = ChildGuesses::OfThisStack();
@@ -232,20 +254,20 @@ HWY_INLINE bool WalkOne(const PartitionView& partition, const RayRecord& ray, Ch
       HWY_ALIGN float distances[WideNode::kWidth];
       const uint32_t entered = EnterAlone<kQuery>(node, slab_ray, offsets, ray.tfar, distances);
       if (entered != 0) {
-        if (HWY_UNLIKELY(!host.Enter(node, entered))) return false;
-        child = open.Take<kQuery>(partition, node, entered, distances);
-        // Of any hits the first one is a guess as good (see OpenChildren::First).
+        if (HWY_UNLIKELY(!host.Enter(node, entered))) return leave();
+        child = open.template Take<kQuery>(partition, node, entered, distances);
+        // Of any hits the first one is a guess as good (see OpenStack::First).
         if (kQuery == Query::kClosest || !(entered & 1)) child = guesses.Take(number, child);
-        if (HWY_UNLIKELY(open.IsFull())) return false;
+        if (HWY_UNLIKELY(open.IsFull())) return leave();
         continue;
       }
     } else {
       const WalkStep step = host.Solve(child);
       if (step == WalkStep::kVisit) continue;
-      if (HWY_UNLIKELY(step == WalkStep::kLeave)) return false;
+      if (HWY_UNLIKELY(step == WalkStep::kLeave)) return leave();
       if (step == WalkStep::kStop) return true;
     }
-    if (!open.Next<kQuery>(ray.tfar, child)) return true;
+    if (!open.template Next<kQuery>(ray.tfar, child)) return true;
   }
 }
 
@@ -276,7 +298,7 @@ class OneTracer {
   /// A full stack, which no sound partition comes to: `child` and each open one on one of its own.
   HWY_NOINLINE void TraceEach(ChildWord child, OpenChildren& open, RayNumber number,
                               ListMemory memory) const {
-    open.Push(-1, child);
+    OpenStack<>(open).Push(-1, child);
     for (size_t i = open.count; i-- > 0;) {
       if (kQuery == Query::kAny && task_.rays[number].tfar < 0) return;
       if (kQuery == Query::kAny || open.distance[i] <= task_.rays[number].tfar) {
@@ -287,6 +309,8 @@ class OneTracer {
 
   /// What a walk of one of the rays asks.
   struct Host {
+    using OpenCount = size_t&;
+
     HWY_INLINE bool Enter(WideNode& node, uint32_t entered) const {
       if (HWY_UNLIKELY(node.BareLeaves(entered))) {
         GiveLeavesGeometry(tracer.task_, node, entered, PrepareFacets);

@@ -183,6 +183,7 @@ TEST_F(BenchTest, EmbreeAndTheDropInAreMeasuredSideBySide) {
         for (const json& seconds : cell[library][time]) EXPECT_GT(seconds, 0);
       }
     }
+    EXPECT_EQ(cell["embree_high_steady_seconds"].size(), cell["embree"]["steady_seconds"].size());
   }
   ASSERT_EQ(results["memory"].size(), 2u);  // diffuse, 64K, on one thread and on two
   for (const json& cell : results["memory"]) {

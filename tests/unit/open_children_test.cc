@@ -52,8 +52,8 @@ void AllArePushedFromTheNearestOn() {
       }
       OpenChildren open;
       const size_t bottom = random.Below(OpenChildren::kMost - WideNode::kWidth + 1);
-      for (size_t i = 0; i < bottom; ++i) open.Push(50, ChildWord::Block(7));
-      open.PushAll<Query::kClosest>(node, entered, distances);
+      for (size_t i = 0; i < bottom; ++i) OpenStack<>(open).Push(50, ChildWord::Block(7));
+      OpenStack<>(open).PushAll<Query::kClosest>(node, entered, distances);
       ASSERT_EQ(open.count, bottom + static_cast<size_t>(std::popcount(entered)));
       for (size_t i = 0; i < bottom; ++i) {
         ASSERT_EQ(ChildWord(open.word[i]).block(), 7u);
@@ -83,9 +83,9 @@ void AllArePushedFromTheLastOn() {
   const WideNode node = NodeOfEight();
   for (uint32_t entered = 0; entered <= UINT8_MAX; ++entered) {
     OpenChildren open;
-    open.Push(0, ChildWord::Block(7));
+    OpenStack<>(open).Push(0, ChildWord::Block(7));
     HWY_ALIGN const float distances[WideNode::kWidth] = {};
-    open.PushAll<Query::kAny>(node, entered, distances);
+    OpenStack<>(open).PushAll<Query::kAny>(node, entered, distances);
     std::vector<size_t> expected;
     for (size_t i = WideNode::kWidth; i-- > 0;) {
       if (entered >> i & 1) expected.push_back(i);
@@ -99,7 +99,10 @@ void AllArePushedFromTheLastOn() {
 template <Query kQuery>
 size_t Take(uint32_t entered, const float* distances, OpenChildren& open) {
   const WideNode node = NodeOfEight();
-  return open.Take<kQuery>(PartitionView{}, node, entered, distances).block() - 100;
+  return OpenStack<>(open)
+             .template Take<kQuery>(PartitionView{}, node, entered, distances)
+             .block() -
+         100;
 }
 
 // The nearest is taken, and of equally near ones, as those in which a ray begins, the last.
@@ -135,17 +138,29 @@ void TheFirstIsTakenOfAnyHit() {
   }
 }
 
+/// Children up to `tfar` that are taken from a stack, which then holds what is left.
+template <class Count>
+std::vector<size_t> TakeWithin(float tfar, size_t most, OpenChildren& open) {
+  OpenStack<Count> stack(open);
+  std::vector<size_t> children;
+  for (ChildWord next;
+       children.size() < most && stack.template Next<Query::kClosest>(tfar, next);) {
+    children.push_back(next.block() - 100);
+  }
+  return children;
+}
+
 // What lies behind the end of a ray is passed over.
 void TheNextOneIsWithinTheRay() {
   const WideNode node = NodeOfEight();
   HWY_ALIGN const float distances[WideNode::kWidth] = {4, 1, 8, 3, 7, 2, 6, 5};
   OpenChildren open;
-  open.PushAll<Query::kClosest>(node, 0xFF, distances);
-  std::vector<size_t> children;
-  for (ChildWord next; open.Next<Query::kClosest>(4.5f, next);) {
-    children.push_back(next.block() - 100);
-  }
-  EXPECT_EQ(children, (std::vector<size_t>{1, 5, 3, 0}));
+  OpenStack<>(open).PushAll<Query::kClosest>(node, 0xFF, distances);
+  EXPECT_EQ(TakeWithin<size_t>(4.5f, 1, open), (std::vector<size_t>{1}));
+  EXPECT_EQ(open.count, 7u);
+  EXPECT_EQ(TakeWithin<size_t&>(4.5f, 2, open), (std::vector<size_t>{5, 3}));
+  EXPECT_EQ(open.count, 5u);
+  EXPECT_EQ(TakeWithin<size_t>(4.5f, 8, open), (std::vector<size_t>{0}));
   EXPECT_EQ(open.count, 0u);
 }
 

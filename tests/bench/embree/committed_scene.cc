@@ -8,12 +8,25 @@ namespace {
 
 bool IsDynamic(Build build) { return build == Build::kLowDynamic || build == Build::kRefit; }
 
+RTCBuildQuality QualityOf(Build build) {
+  switch (build) {
+    case Build::kMedium:
+      return RTC_BUILD_QUALITY_MEDIUM;
+    case Build::kHigh:
+      return RTC_BUILD_QUALITY_HIGH;
+    default:
+      return RTC_BUILD_QUALITY_LOW;
+  }
+}
+
 }  // namespace
 
 const char* Name(Build build) {
   switch (build) {
     case Build::kMedium:
       return "medium";
+    case Build::kHigh:
+      return "high";
     case Build::kLow:
       return "low";
     case Build::kLowDynamic:
@@ -55,8 +68,7 @@ RTCScene CommittedScene::NewScene(const SceneContent& content) const {
   const RTCScene scene = api.rtcNewScene(library_.device().handle());
   const int dynamic = IsDynamic(build_) ? RTC_SCENE_FLAG_DYNAMIC : 0;
   api.rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(content.flags | dynamic));
-  api.rtcSetSceneBuildQuality(
-      scene, build_ == Build::kMedium ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_LOW);
+  api.rtcSetSceneBuildQuality(scene, QualityOf(build_));
   return scene;
 }
 

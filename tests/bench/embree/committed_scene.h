@@ -13,6 +13,7 @@ namespace dacrt::bench {
 /// Which of Embree's builders makes the tree. The drop-in has none, and takes any.
 enum class Build {
   kMedium,
+  kHigh,        ///< scene of RTC_BUILD_QUALITY_HIGH, with spatial splits: for rays alone
   kLow,         ///< scene of RTC_BUILD_QUALITY_LOW
   kLowDynamic,  ///< its geometries as well, and RTC_SCENE_FLAG_DYNAMIC: Embree's fastest
   kRefit,       ///< the same with geometries of RTC_BUILD_QUALITY_REFIT: only vertices may change

@@ -119,6 +119,7 @@ std::vector<EmbreeVariant> EmbreeAtBest::Variants(Query query, const BatchSize& 
                                                   std::size_t batch) const {
   std::vector<EmbreeVariant> variants;
   for (const Still& still : stills_) {
+    if (still.build == Build::kHigh) continue;
     for (const Call& call : size.Calls()) {
       if (!IsUsable(still.isa, call, query)) continue;
       if (!size.IsStream()) {

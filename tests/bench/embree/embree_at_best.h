@@ -34,7 +34,8 @@ RayBuffer HeatRays(const RayBuffer& rays);
 Delivery DeliveryOfCalls(const Call& call, std::size_t batch, int threads);
 
 /// Embree on one scene, on a number of threads: a scene is kept for each instruction set and
-/// builder.
+/// builder. Scenes of high quality are there to be measured beside the best, not as one of them:
+/// few programs wait for them.
 class EmbreeAtBest {
  public:
   /// `path` is that of Embree's library; `content` must outlive this. `isa` is the most that Embree

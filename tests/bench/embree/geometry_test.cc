@@ -26,6 +26,7 @@ TEST_P(GeometryTest, BothLibrariesFindTheSameHits) {
   const EmbreeLibrary embree(DACRT_REAL_EMBREE, "threads=1");
   const EmbreeLibrary drop_in(DACRT_DROP_IN, "threads=1");
   const CommittedScene real(embree, content, Build::kMedium);
+  const CommittedScene high(embree, content, Build::kHigh);
   const CommittedScene dynamic(embree, content, Build::kLowDynamic);
   const CommittedScene dacrt(drop_in, content, Build::kMedium);
   EXPECT_GT(real.commit_seconds(), 0);
@@ -39,10 +40,13 @@ TEST_P(GeometryTest, BothLibrariesFindTheSameHits) {
     real.Trace(kind.query, kIncoherentStream, rays.rays());
     const HitShares hits(kind.query, rays);
     EXPECT_GT(hits.hits(), 0.05) << name;
-    for (const CommittedScene* const scene : {&dynamic, &dacrt}) {
+    for (const CommittedScene* const scene : {&high, &dynamic, &dacrt}) {
       rays.Rearm();
       scene->Trace(kind.query, kIncoherentStream, rays.rays());
-      EXPECT_NO_THROW(hits.Check(rays)) << name << (scene == &dacrt ? ", dacrt" : ", dynamic");
+      EXPECT_NO_THROW(hits.Check(rays)) << name
+                                        << (scene == &dacrt  ? ", dacrt"
+                                            : scene == &high ? ", high"
+                                                             : ", dynamic");
     }
   }
 }

@@ -27,7 +27,8 @@ CellResult MakeCell(Cell cell, double embree, double dacrt) {
                     .embree_one_shot = "avx2",
                     .embree_steady = "avx512",
                     .embree = {{}, {}, {embree}},
-                    .dacrt = {{}, {}, {dacrt}}};
+                    .dacrt = {{}, {}, {dacrt}},
+                    .high_steady = {embree / 2}};
   if (MeasuresOneShot(cell)) {
     // Commit and first call together take ten times and five times as long as a later call.
     result.embree = {{embree * 9}, {embree}, {embree}};
@@ -184,6 +185,14 @@ TEST(EmbreeResultsTest, CellsSurviveTheFile) {
   EXPECT_FALSE(read.cells.at(1).HasOneShot());
   EXPECT_EQ(read.memory.at(0).dacrt.left_resident, 10u);
   EXPECT_THROW(AddCells({{"benchmark", "method_bench"}}, read), nlohmann::json::exception);
+}
+
+TEST(ResultsTest, HighQualityCountsWhereItIsQuicker) {
+  CellResult cell = MakeTriangles("primary", "64K", 1, 4, 1);
+  EXPECT_DOUBLE_EQ(cell.WithHighQuality().SteadyRatio(), 2);
+  EXPECT_DOUBLE_EQ(cell.WithHighQuality().OneShotRatio(), cell.OneShotRatio());
+  cell.high_steady = {5};
+  EXPECT_DOUBLE_EQ(cell.WithHighQuality().SteadyRatio(), 4);
 }
 
 TEST(CellListTest, SettingsHaveEveryCellOnceAndInOrder) {
