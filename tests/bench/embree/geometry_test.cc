@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "committed_scene.h"
@@ -40,13 +41,11 @@ TEST_P(GeometryTest, BothLibrariesFindTheSameHits) {
     real.Trace(kind.query, kIncoherentStream, rays.rays());
     const HitShares hits(kind.query, rays);
     EXPECT_GT(hits.hits(), 0.05) << name;
-    for (const CommittedScene* const scene : {&high, &dynamic, &dacrt}) {
+    for (const auto& [scene, which] :
+         {std::pair(&high, "high"), std::pair(&dynamic, "dynamic"), std::pair(&dacrt, "dacrt")}) {
       rays.Rearm();
       scene->Trace(kind.query, kIncoherentStream, rays.rays());
-      EXPECT_NO_THROW(hits.Check(rays)) << name
-                                        << (scene == &dacrt  ? ", dacrt"
-                                            : scene == &high ? ", high"
-                                                             : ", dynamic");
+      EXPECT_NO_THROW(hits.Check(rays)) << name << ", " << which;
     }
   }
 }
