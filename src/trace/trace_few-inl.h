@@ -97,8 +97,8 @@ class FewTracer {
     WideNode& node = task_.partition.nodes[child.number()];
     host.Enter(node, entered);
     OpenStack<> open(way.open);
-    open.template PushAll<kQuery>(node, entered, distances);
-    if (!open.template Next<kQuery>(way.ray.tfar, child)) return false;
+    open.PushAll<kQuery>(node, entered, distances);
+    if (!open.Next<kQuery>(way.ray.tfar, child)) return false;
     PrefetchChild(task_.partition, child);
     if (HWY_UNLIKELY(open.IsFull())) {
       one_.TraceEach(child, way.open, way.number, memory);
@@ -108,7 +108,7 @@ class FewTracer {
       const WalkStep step = host.Solve(child);
       if (step == WalkStep::kVisit) continue;
       if (step == WalkStep::kStop) return false;
-      if (!open.template Next<kQuery>(way.ray.tfar, child)) return false;
+      if (!open.Next<kQuery>(way.ray.tfar, child)) return false;
     }
     return true;
   }

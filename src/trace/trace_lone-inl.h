@@ -8,6 +8,8 @@
 #define DACRT_TRACE_TRACE_LONE_INL_H_
 #endif
 
+#include <type_traits>
+
 #include "leaf/lone_packet-inl.h"
 #include "leaf/user.h"
 #include "trace/last_blocker.h"
@@ -144,7 +146,7 @@ class LoneTracer {
         ResumeAsTask(child, open);
         return false;
       }
-      if (!OpenStack<>(open).template Next<kQuery>(ray_.tfar, child)) return false;
+      if (!OpenStack<>(open).Next<kQuery>(ray_.tfar, child)) return false;
     } while (child.IsBlock() && !partition_.FirstBlock(child)->IsPlain());
     return true;
   }

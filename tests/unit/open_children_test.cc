@@ -99,10 +99,8 @@ void AllArePushedFromTheLastOn() {
 template <Query kQuery>
 size_t Take(uint32_t entered, const float* distances, OpenChildren& open) {
   const WideNode node = NodeOfEight();
-  return OpenStack<>(open)
-             .template Take<kQuery>(PartitionView{}, node, entered, distances)
-             .block() -
-         100;
+  OpenStack<> stack(open);
+  return stack.Take<kQuery>(PartitionView{}, node, entered, distances).block() - 100;
 }
 
 // The nearest is taken, and of equally near ones, as those in which a ray begins, the last.
