@@ -119,16 +119,24 @@ struct LeafCorners {
 #if HWY_TARGET <= HWY_AVX2
     const hn::RebindToSigned<EightTag> di;
     const auto lanes = hn::PromoteTo(di, hn::LoadU(hn::Rebind<uint8_t, EightTag>(), indices));
+#if HWY_TARGET <= HWY_AVX3
     if constexpr (kLayout == CornerLayout::kMany) {
       return hn::GatherIndex(kEightTag, vertices, lanes);
     }
     const EightPart low = hn::LoadU(kEightTag, vertices), high = hn::LoadU(kEightTag, vertices + 8);
-#if HWY_TARGET <= HWY_AVX3
     return EightPart{_mm256_permutex2var_ps(low.raw, lanes.raw, high.raw)};
 #else
+    // Processors that have no more than AVX2 take long to gather.
     const auto lane = hn::IndicesFromVec(kEightTag, hn::And(lanes, hn::Set(di, 7)));
-    return hn::IfThenElse(hn::RebindMask(kEightTag, hn::Gt(lanes, hn::Set(di, 7))),
-                          hn::TableLookupLanes(high, lane), hn::TableLookupLanes(low, lane));
+    const auto values_from = [&](size_t first) HWY_ATTR {
+      return hn::TableLookupLanes(hn::LoadU(kEightTag, vertices + first), lane);
+    };
+    const auto are_beyond = [&](int32_t last) HWY_ATTR {
+      return hn::RebindMask(kEightTag, hn::Gt(lanes, hn::Set(di, last)));
+    };
+    const EightPart few = hn::IfThenElse(are_beyond(7), values_from(8), values_from(0));
+    if constexpr (kLayout == CornerLayout::kFew) return few;
+    return hn::IfThenElse(are_beyond(15), values_from(16), few);
 #endif
 #else
     HWY_ALIGN float values[kPartLanes];

@@ -5,6 +5,7 @@
 #include <hwy/base.h>
 #include <hwy/cache_control.h>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -88,6 +89,25 @@ class RecordLayout {
     ray.time = record[static_cast<std::size_t>(kTime)];
     ray.tfar = record[static_cast<std::size_t>(kTfar)];
     std::memcpy(&ray.mask, record + static_cast<std::size_t>(kMask), sizeof(ray.mask));
+  }
+
+  /// What was said of the ray of a packet's lane.
+  static HWY_INLINE void ReadLane(const RayPacket& packet, std::size_t lane, RayRecord& ray) {
+    using enum PacketComponent;
+    const float* const values = static_cast<const float*>(packet.values) + lane;
+    const auto value = [&](PacketComponent component) {
+      return values[static_cast<std::size_t>(component) * packet.lanes];
+    };
+    ray.org[0] = value(kOrgX);
+    ray.org[1] = value(kOrgY);
+    ray.org[2] = value(kOrgZ);
+    ray.tnear = value(kTnear);
+    ray.dir[0] = value(kDirX);
+    ray.dir[1] = value(kDirY);
+    ray.dir[2] = value(kDirZ);
+    ray.time = value(kTime);
+    ray.tfar = value(kTfar);
+    ray.mask = packet.has_masks ? std::bit_cast<uint32_t>(value(kMask)) : UINT32_MAX;
   }
 
   static void WriteBlocked(const RayPacket& packet, uint32_t lane) {
