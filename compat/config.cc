@@ -110,7 +110,6 @@ InstructionSet LimitFromIsa(std::string_view isa) {
   if (name == "sse42" || name == "sse4.2" || name == "avx" || name == "avxi") {
     return InstructionSet::kSse4;
   }
-  if (name == "ssse3" || name == "sse41" || name == "sse4.1") return InstructionSet::kSsse3;
   return InstructionSet::kScalar;
 }
 
@@ -135,8 +134,10 @@ void ApplyEmbreeKey(Config& config, std::string_view key, const Token& value) {
     config.settings.threads = static_cast<uint32_t>(std::clamp(threads, 0, 1024));
   }
   if (key == "verbose") config.verbose = std::atoi(std::string(value.text).c_str());
-  if (key == "isa" || key == "max_isa") {
-    config.settings.instruction_set = LimitFromIsa(value.text);
+  InstructionSet& limit = config.settings.instruction_set;
+  if (key == "isa") limit = LimitFromIsa(value.text);
+  if (key == "max_isa") {
+    limit = std::min({limit, LimitFromIsa(value.text), AvailableInstructionSets().back()});
   }
 }
 
@@ -223,6 +224,11 @@ Config ReadConfig(const char* text) {
     ApplyConfig(config, environment);
   }
   if (text) ApplyConfig(config, text);
+  const InstructionSet limit = config.settings.instruction_set;
+  if (!ProcessorHas(limit)) {
+    throw ApiError(RTC_ERROR_UNSUPPORTED_CPU, "config: isa = ", Name(limit),
+                   ", which this processor does not have");
+  }
   return config;
 }
 

@@ -26,7 +26,8 @@ struct Config {
 /// character that neither a key nor a value can contain. Unknown keys are passed over, and so is a
 /// known one without "=". Values of Embree's keys have a type; one of another type is
 /// RTC_ERROR_UNKNOWN, as in Embree. Most of these keys steer what dacrt does not have and change
-/// nothing; `isa` and `max_isa` limit the instruction set.
+/// nothing; `isa` and `max_isa` limit the instruction set, `isa` to one that the processor has to
+/// have.
 ///
 /// Keys that begin with `dacrt_` are dacrt's own, and Embree passes them over:
 ///   dacrt_ignore_masks=1  for programs that leave the rays' masks unset
@@ -38,7 +39,8 @@ struct Config {
 void ApplyConfig(Config& config, std::string_view text);
 
 /// The configuration of a new device: the environment variable DACRT_CONFIG, then `text`, which
-/// may be null and wins where both speak.
+/// may be null and wins where both speak. RTC_ERROR_UNSUPPORTED_CPU, as in Embree, where `isa`
+/// names what the processor does not have.
 Config ReadConfig(const char* text);
 
 }  // namespace dacrt::compat

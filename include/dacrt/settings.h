@@ -21,7 +21,6 @@ enum class Query {
 /// the processor has, and that is not above the limit.
 enum class InstructionSet {
   kScalar,  ///< portable code, no vector instructions
-  kSsse3,
   kSse4,
   kAvx2,
   kAvx512,
@@ -31,6 +30,10 @@ enum class InstructionSet {
 /// The instruction sets that this build can run on this processor, worst first. Never empty,
 /// never contains kBest.
 DACRT_API std::vector<InstructionSet> AvailableInstructionSets();
+
+/// Whether this processor has the instruction set, be it compiled in or not. It has kScalar and
+/// kBest.
+DACRT_API bool ProcessorHas(InstructionSet instruction_set);
 
 /// Names as `SetByName` takes them: "scalar", "avx2", "best" ...; "nabata2013" ...
 DACRT_API std::string_view Name(InstructionSet instruction_set);

@@ -13,7 +13,6 @@ struct Target {
 // Worst first. Highway's portable code is one of two, by compiler; both are called scalar here.
 constexpr Target kTargets[] = {
     {InstructionSet::kScalar, HWY_SCALAR | HWY_EMU128},
-    {InstructionSet::kSsse3, HWY_SSSE3},
     {InstructionSet::kSse4, HWY_SSE4},
     {InstructionSet::kAvx2, HWY_AVX2},
     {InstructionSet::kAvx512, HWY_AVX3 | HWY_AVX3_DL},
@@ -32,6 +31,14 @@ std::vector<InstructionSet> AvailableInstructionSets() {
     }
   }
   return available;
+}
+
+bool ProcessorHas(InstructionSet instruction_set) {
+  for (const Target& target : kTargets) {
+    if (target.instruction_set != instruction_set) continue;
+    return instruction_set == InstructionSet::kScalar || (target.bits & hwy::SupportedTargets());
+  }
+  return true;
 }
 
 Kernels ChooseKernels(InstructionSet limit, InstructionSet& chosen) {

@@ -45,6 +45,7 @@ INSTANTIATE_TEST_SUITE_P(Numbers, Config,
 INSTANTIATE_TEST_SUITE_P(
     Keys, Config,
     testing::Values("isa=sse2", "isa=sse4.2", "isa=sse42", "isa=avx", "isa=AVX2", "isa=avx512",
+                    "isa=avx512,max_isa=avx2", "max_isa=avx2,isa=avx512", "max_isa=avx512",
                     "isa=foo", "isa=1", "isa=3a", "isa=-avx", "isa=\"avx2\"", "max_isa=1",
                     "max_isa=avx2", "verbose=x", "verbose=0", "set_affinity=x", "set_affinity=1",
                     "start_threads=x", "start_threads=1", "user_threads=x", "user_threads=1",
@@ -127,6 +128,7 @@ TEST(OwnConfig, VerboseNamesTheLibraryAndTheInstructionSet) {
   EXPECT_EQ(first_line("verbose=1,isa=avx").find("avx"), std::string::npos);
   EXPECT_EQ(first_line("verbose=1,isa=avx2").find("avx512"), std::string::npos);
   EXPECT_EQ(first_line("verbose=1,max_isa=sse42").find("avx"), std::string::npos);
+  EXPECT_EQ(first_line("verbose=1,isa=sse42,max_isa=avx2").find("avx"), std::string::npos);
   EXPECT_NE(first_line("verbose=1,isa=avx2,isa=SSE2").find("scalar"), std::string::npos);
 }
 

@@ -137,7 +137,7 @@ TEST_P(FilterFunction, SeesRaysOfPacketsInTheirLanes) {
   for (const RTCScene traced : {scene, s.SceneOf(instance)}) {
     PairCall call{};
     rtcInitIntersectContext(&call.context);
-    const std::size_t valid_rays = TraceThirdsOfPackets(s.api, traced, call.context);
+    const std::size_t valid_rays = TraceThirdsOfPackets(s, traced, call.context);
     EXPECT_EQ(call.pairs.size(), valid_rays);
   }
 }

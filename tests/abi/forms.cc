@@ -72,13 +72,14 @@ std::size_t TraceThirds(Function function, RTCScene scene, RTCIntersectContext& 
 
 }  // namespace
 
-std::size_t TraceThirdsOfPackets(const Api& api, RTCScene scene, RTCIntersectContext& context) {
-  return TraceThirds<4, RTCRayHit4>(api.rtcIntersect4, scene, context) +
-         TraceThirds<8, RTCRayHit8>(api.rtcIntersect8, scene, context) +
-         TraceThirds<16, RTCRayHit16>(api.rtcIntersect16, scene, context) +
-         TraceThirds<4, RTCRay4>(api.rtcOccluded4, scene, context) +
-         TraceThirds<8, RTCRay8>(api.rtcOccluded8, scene, context) +
-         TraceThirds<16, RTCRay16>(api.rtcOccluded16, scene, context);
+std::size_t TraceThirdsOfPackets(const Session& s, RTCScene scene, RTCIntersectContext& context) {
+  const std::size_t valid_rays = TraceThirds<4, RTCRayHit4>(s.api.rtcIntersect4, scene, context) +
+                                 TraceThirds<8, RTCRayHit8>(s.api.rtcIntersect8, scene, context) +
+                                 TraceThirds<4, RTCRay4>(s.api.rtcOccluded4, scene, context) +
+                                 TraceThirds<8, RTCRay8>(s.api.rtcOccluded8, scene, context);
+  if (!HasPacketsOf16(s)) return valid_rays;
+  return valid_rays + TraceThirds<16, RTCRayHit16>(s.api.rtcIntersect16, scene, context) +
+         TraceThirds<16, RTCRay16>(s.api.rtcOccluded16, scene, context);
 }
 
 int NumberOf(float org_x) {

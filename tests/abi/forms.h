@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "api.h"
+#include "session.h"
 #include "streams.h"
 
 namespace dacrt::tests {
@@ -40,8 +40,8 @@ void SetLane(RTCRayN* rays, unsigned int lanes, unsigned int lane, const RTCRay&
 int NumberOf(float org_x);
 
 /// Traces packets of 4, 8 and 16 rays that meet the square, with their lanes for IDs, of which
-/// every third is valid; both queries. Returns how many valid rays there are.
-std::size_t TraceThirdsOfPackets(const Api& api, RTCScene scene, RTCIntersectContext& context);
+/// every third is valid; both queries. Returns how many valid rays there are. See HasPacketsOf16.
+std::size_t TraceThirdsOfPackets(const Session& s, RTCScene scene, RTCIntersectContext& context);
 
 /// Traces a copy of `rays`, as the function of streams.h does.
 std::vector<RTCRayHit> Trace(const Api& api, RTCScene scene, RTCIntersectContext& context,

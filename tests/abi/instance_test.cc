@@ -320,7 +320,9 @@ class OneInstance : public OnBothLibraries {
   OneInstance() : s(GetParam()()) {}
 
   /// The distance of what the ray of RayAt(0.2) hits.
-  float Distance(RTCScene scene) { return TraceRays(s, scene, {RayAt(0.2f)})[0].ray.tfar; }
+  float Distance(RTCScene scene) {
+    return WholeDistance(s.api, TraceRays(s, scene, {RayAt(0.2f)})[0].ray.tfar);
+  }
 
   Session s;
 };

@@ -2,6 +2,8 @@
 
 #include <sys/types.h>
 
+#include <cmath>
+
 namespace dacrt::tests {
 namespace {
 
@@ -80,7 +82,7 @@ float Session::Distance(RTCScene scene) {
   rtcInitIntersectContext(&context);
   RTCRayHit ray = RayAt(0.2f);
   api.rtcIntersect1(scene, &context, &ray);
-  return ray.ray.tfar;
+  return WholeDistance(api, ray.ray.tfar);
 }
 
 void Session::ExpectAtCommit(RTCScene scene, float distance, const char* when) {
@@ -104,6 +106,16 @@ RTCRayHit RayAt(float x, unsigned int mask) {
   record.ray.mask = mask;
   record.hit.primID = record.hit.geomID = record.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return record;
+}
+
+float WholeDistance(const Api& api, float distance) {
+  const float whole = std::round(distance);
+  const float unit = std::nextafter(whole, INFINITY) - whole;
+  return &api == &RealEmbree() && std::abs(distance - whole) <= 2 * unit ? whole : distance;
+}
+
+bool HasPacketsOf16(const Session& s) {
+  return s.api.rtcGetDeviceProperty(s.device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) == 1;
 }
 
 }  // namespace dacrt::tests

@@ -54,7 +54,7 @@ class Session {
   /// The geometry that the ray from (0.2, 0.2, -10) along +z with this mask hits; the invalid ID
   /// for a miss.
   unsigned int HitGeometry(RTCScene scene, unsigned int mask = 0xFFFFFFFF);
-  /// The tfar that this ray has then.
+  /// The tfar that this ray has then, as WholeDistance gives it.
   float Distance(RTCScene scene);
   /// Commits a scene, and expects that, and no error.
   void ExpectAtCommit(RTCScene scene, float distance, const char* when);
@@ -75,6 +75,16 @@ class Session {
 
 /// The record of the ray from (x, 0.2, -10) along +z, with an invalid hit.
 RTCRayHit RayAt(float x, unsigned int mask = 0xFFFFFFFF);
+
+/// `distance`, which in exact arithmetic is a whole number, as it is compared with that. The real
+/// library multiplies by an approximate reciprocal, and on some processors 1 comes out as
+/// 0.99999994: of its distances the whole number is taken that is not more than 2 units in the last
+/// place away. The drop-in's are as they are.
+float WholeDistance(const Api& api, float distance);
+
+/// Packets of 16 that the library traces as such. Without AVX-512 the real one makes streams of
+/// them and passes over which of their rays are valid.
+bool HasPacketsOf16(const Session& s);
 
 /// Runs a test's body on either library: `GetParam()()` is the library.
 class OnBothLibraries : public testing::TestWithParam<const Api& (*)()> {};

@@ -43,7 +43,7 @@ TEST_P(UserFunctionRays, SeeRaysOfPacketsInTheirLanes) {
   const RTCScene scene = s.SceneOf(user);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  const std::size_t valid_rays = TraceThirdsOfPackets(s.api, scene, context);
+  const std::size_t valid_rays = TraceThirdsOfPackets(s, scene, context);
   EXPECT_EQ(count, valid_rays);
 }
 

@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SceneTest, testing::ValuesIn(SceneNames()),
                          [](const auto& name) { return name.param; });
 
 /// What changes how an answer is found: what is kept, threads, pieces, instruction sets.
-class ConfigTest : public testing::TestWithParam<const char*> {};
+class ConfigTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(ConfigTest, AnswersAreEmbrees) {
   constexpr std::size_t kRaysAScene = 60'000;
@@ -73,11 +73,17 @@ TEST_P(ConfigTest, AnswersAreEmbrees) {
   Check(report);
 }
 
-INSTANTIATE_TEST_SUITE_P(Configs, ConfigTest,
-                         testing::Values("dacrt_budget=0", "dacrt_budget=unlimited",
-                                         "dacrt_budget=100000", "threads=1", "threads=2",
-                                         "threads=8", "threads=8,dacrt_budget=0", "isa=sse2",
-                                         "isa=ssse3", "isa=sse4.2", "isa=avx2", "isa=avx512"),
+std::vector<std::string> Configs() {
+  std::vector<std::string> configs = IsaConfigs();
+  for (const char* const config :
+       {"dacrt_budget=0", "dacrt_budget=unlimited", "dacrt_budget=100000", "threads=1", "threads=2",
+        "threads=8", "threads=8,dacrt_budget=0"}) {
+    configs.push_back(config);
+  }
+  return configs;
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, ConfigTest, testing::ValuesIn(Configs()),
                          [](const auto& config) {
                            std::string name = config.param;
                            std::ranges::replace_if(

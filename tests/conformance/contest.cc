@@ -56,6 +56,16 @@ const EmbreeApi& DropIn() {
   return api;
 }
 
+std::vector<std::string> IsaConfigs() {
+  std::vector<std::string> configs = {"isa=sse2", "isa=sse4.2", "isa=avx2", "isa=avx512"};
+  std::erase_if(configs, [](const std::string& config) {
+    const RTCDevice device = RealEmbree().rtcNewDevice(config.c_str());
+    if (device) RealEmbree().rtcReleaseDevice(device);
+    return !device;
+  });
+  return configs;
+}
+
 std::vector<SceneSource> AllScenes() {
   const char* const folder = std::getenv("DACRT_SCENES_DIR");
   std::vector<SceneSource> scenes = GeneratedScenes();

@@ -27,6 +27,9 @@ std::vector<SceneSource> AllScenes();
 /// The scene of that name. Throws std::invalid_argument if there is none.
 TestScene MakeScene(const std::string& name);
 
+/// `isa=...` for the instruction sets that the processor has. Either library refuses others.
+std::vector<std::string> IsaConfigs();
+
 /// The devices that meet in a contest.
 class Devices {
  public:

@@ -71,11 +71,9 @@ std::size_t CountLost(const EmbreeApi& api, const std::string& config, RTCSceneF
   return lost;
 }
 
-class WatertightTest : public testing::TestWithParam<std::tuple<const char*, bool>> {};
+class WatertightTest : public testing::TestWithParam<std::tuple<std::string, bool>> {};
 INSTANTIATE_TEST_SUITE_P(, WatertightTest,
-                         testing::Combine(testing::Values("isa=sse2", "isa=sse4.2", "isa=avx2",
-                                                          "isa=avx512"),
-                                          testing::Bool()));
+                         testing::Combine(testing::ValuesIn(IsaConfigs()), testing::Bool()));
 
 TEST_P(WatertightTest, RobustScenes) {
   const auto [config, coherent] = GetParam();

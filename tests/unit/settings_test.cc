@@ -151,8 +151,8 @@ TEST(SettingsTest, SwitchesTakeZeroAndOne) {
 }
 
 TEST(SettingsTest, NamesGoBothWays) {
-  for (const auto value : {InstructionSet::kScalar, InstructionSet::kSsse3, InstructionSet::kSse4,
-                           InstructionSet::kAvx2, InstructionSet::kAvx512, InstructionSet::kBest}) {
+  for (const auto value : {InstructionSet::kScalar, InstructionSet::kSse4, InstructionSet::kAvx2,
+                           InstructionSet::kAvx512, InstructionSet::kBest}) {
     Settings settings;
     SetByName(settings, "instruction_set", Name(value));
     EXPECT_EQ(settings.instruction_set, value);
@@ -168,7 +168,7 @@ TEST(SettingsTest, UnknownNamesOfChoicesAreRefusedWithTheLegalOnes) {
   Settings settings;
   std::string message = MessageOf([&] { SetByName(settings, "instruction_set", "avx9000"); });
   for (const char* part :
-       {"instruction_set", "\"avx9000\"", "scalar", "ssse3", "sse4", "avx2", "avx512", "best"}) {
+       {"instruction_set", "\"avx9000\"", "scalar", "sse4", "avx2", "avx512", "best"}) {
     EXPECT_TRUE(Contains(message, part));
   }
   message = MessageOf([&] { SetByName(settings, "algorithm", "Nabata2013"); });
