@@ -23,6 +23,9 @@ namespace dacrt {
 /// Learns by the time of some calls, and asks no clock in the others.
 class LearntWay {
  public:
+  /// When both are tried, so many rays go one way before as many go the other.
+  explicit constexpr LearntWay(uint32_t run) : best_(kTrialRays, kPeriodRays, run) {}
+
   /// Takes so many rays one way or the other.
   template <class First, class Second>
   void Trace(uint32_t rays, const First& first, const Second& second) {
@@ -37,7 +40,9 @@ class LearntWay {
   }
 
  private:
-  LearntBest<2> best_{4096, 1 << 19, 512};  ///< batches are rays
+  static constexpr uint32_t kTrialRays = 4096, kPeriodRays = 1 << 19;
+
+  LearntBest<2> best_;  ///< batches are rays
 };
 
 }  // namespace dacrt

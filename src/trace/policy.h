@@ -15,8 +15,10 @@ inline constexpr std::size_t kFewRays = 1;
 /// And, where children can be sorted without branches, the rays of an octant in a call whose rays
 /// are spread over several, none with more than half of them: with 2, 8 and 20 calls of 64 diffuse
 /// rays took 683, 646, 599 ns a ray of Sponza, 464, 432, 388 of Sibenik, 379, 365, 386 of the
-/// kitchen.
-inline constexpr std::size_t kFewOfSpread = 24;
+/// kitchen. On a processor with AVX2 only (Zen 3) lists of a few rays are quicker: with 3, 8 and 24
+/// calls of 64 ambient rays took 436, 472, 471 ns a ray of Sponza, 205, 201, 232 of Sibenik, 188,
+/// 189, 206 of the kitchen, of 256 rays 279, 313, 366 of Sponza.
+inline constexpr std::size_t kFewOfSpread = 24, kFewOfSpreadWithAvx2 = 3;
 
 /// And the rays of a packet: of closest hits in a small scene, if they run in several octants; of
 /// any in a larger one, if they run in several octants, or, above so many, in three or more and

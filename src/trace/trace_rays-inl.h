@@ -42,7 +42,9 @@ inline size_t FewInOctant(const LoadedRays& rays) {
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
     most = HWY_MAX(most, rays.end[octant] - rays.begin[octant]);
   }
-  return 2 * most <= rays.count ? policy::kFewOfSpread : policy::kFewRays;
+  constexpr size_t kFewOfSpread =
+      HWY_TARGET == HWY_AVX2 ? policy::kFewOfSpreadWithAvx2 : policy::kFewOfSpread;
+  return 2 * most <= rays.count ? kFewOfSpread : policy::kFewRays;
 }
 
 template <Query kQuery>
