@@ -134,11 +134,12 @@ void ApplyEmbreeKey(Config& config, std::string_view key, const Token& value) {
     config.settings.threads = static_cast<uint32_t>(std::clamp(threads, 0, 1024));
   }
   if (key == "verbose") config.verbose = std::atoi(std::string(value.text).c_str());
-  InstructionSet& limit = config.settings.instruction_set;
-  if (key == "isa") limit = LimitFromIsa(value.text);
+  if (key == "isa") config.isa = LimitFromIsa(value.text);
   if (key == "max_isa") {
-    limit = std::min({limit, LimitFromIsa(value.text), AvailableInstructionSets().back()});
+    config.isa =
+        std::min({config.isa, LimitFromIsa(value.text), AvailableInstructionSets().back()});
   }
+  if (key == "isa" || key == "max_isa") config.settings.instruction_set = config.isa;
 }
 
 /// `value` as a number from `least` to `most`.
@@ -224,9 +225,8 @@ Config ReadConfig(const char* text) {
     ApplyConfig(config, environment);
   }
   if (text) ApplyConfig(config, text);
-  const InstructionSet limit = config.settings.instruction_set;
-  if (!ProcessorHas(limit)) {
-    throw ApiError(RTC_ERROR_UNSUPPORTED_CPU, "config: isa = ", Name(limit),
+  if (!ProcessorHas(config.isa)) {
+    throw ApiError(RTC_ERROR_UNSUPPORTED_CPU, "config: isa = ", Name(config.isa),
                    ", which this processor does not have");
   }
   return config;

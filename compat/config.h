@@ -11,6 +11,8 @@ namespace dacrt::compat {
 
 struct Config {
   dacrt::Settings settings;
+  /// What `isa` asks for, and `max_isa` leaves of it.
+  InstructionSet isa = InstructionSet::kBest;
   bool ignore_masks = false;  ///< rays hit geometries whatever the masks say
   int verbose = 0;            ///< 1 and more: a line on the standard output for a new device
 
@@ -27,7 +29,7 @@ struct Config {
 /// known one without "=". Values of Embree's keys have a type; one of another type is
 /// RTC_ERROR_UNKNOWN, as in Embree. Most of these keys steer what dacrt does not have and change
 /// nothing; `isa` and `max_isa` limit the instruction set, `isa` to one that the processor has to
-/// have.
+/// have, as `dacrt_instruction_set` does not.
 ///
 /// Keys that begin with `dacrt_` are dacrt's own, and Embree passes them over:
 ///   dacrt_ignore_masks=1  for programs that leave the rays' masks unset

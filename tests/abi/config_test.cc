@@ -61,6 +61,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(OwnConfig, PassesSettingsToTheEngine) {
   EXPECT_EQ(NewDeviceError(DropIn(), "dacrt_bins=8,dacrt_leaf_triangles=4"), RTC_ERROR_NONE);
   EXPECT_EQ(NewDeviceError(DropIn(), "threads=1, dacrt_bins = 8"), RTC_ERROR_NONE);
+  // A limit, which may be above what the processor has.
+  EXPECT_EQ(NewDeviceError(DropIn(), "dacrt_instruction_set=avx512"), RTC_ERROR_NONE);
+  EXPECT_EQ(NewDeviceError(DropIn(), "isa=sse2,dacrt_instruction_set=avx512"), RTC_ERROR_NONE);
 }
 
 TEST(OwnConfig, RefusesWhatTheEngineRefuses) {

@@ -110,7 +110,7 @@ INSTANTIATE_ON_BOTH_LIBRARIES(Packets);
 /// Sends rays that all hit, of which lane 1 is not valid and lane 2 has a flag that is neither 0
 /// nor -1, and expects the distance `hit` of those that take part.
 template <int kLanes, class Packet, class Function>
-void ExpectDistances(const Api& api, Function function, RTCScene scene, float hit) {
+void ExpectDistances(const Session& s, Function Api::*function, RTCScene scene, float hit) {
   alignas(64) int valid[kLanes];
   std::fill_n(valid, kLanes, -1);
   valid[1] = 0;
@@ -121,10 +121,10 @@ void ExpectDistances(const Api& api, Function function, RTCScene scene, float hi
   for (int lane = 0; lane < kLanes; ++lane) SetLane(rays, kLanes, lane, ray);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  function(valid, scene, &context, &packet);
+  (s.api.*function)(valid, scene, &context, &packet);
   for (int lane = 0; lane < kLanes; ++lane) {
     const bool takes_part = lane != 1 && lane != 2;
-    EXPECT_EQ(WholeDistance(api, RTCRayN_tfar(rays, kLanes, lane)), takes_part ? hit : ray.tfar)
+    EXPECT_EQ(WholeDistance(s.api, RTCRayN_tfar(rays, kLanes, lane)), takes_part ? hit : ray.tfar)
         << "lane " << lane;
   }
 }
@@ -132,13 +132,13 @@ void ExpectDistances(const Api& api, Function function, RTCScene scene, float hi
 TEST_P(Packets, OnlyLanesWithMinusOneTakePart) {
   Session s(GetParam()());
   const RTCScene scene = s.SceneOf(s.Triangle());
-  ExpectDistances<4, RTCRayHit4>(s.api, s.api.rtcIntersect4, scene, 10);
-  ExpectDistances<8, RTCRayHit8>(s.api, s.api.rtcIntersect8, scene, 10);
-  ExpectDistances<4, RTCRay4>(s.api, s.api.rtcOccluded4, scene, -INFINITY);
-  ExpectDistances<8, RTCRay8>(s.api, s.api.rtcOccluded8, scene, -INFINITY);
+  ExpectDistances<4, RTCRayHit4>(s, &Api::rtcIntersect4, scene, 10);
+  ExpectDistances<8, RTCRayHit8>(s, &Api::rtcIntersect8, scene, 10);
+  ExpectDistances<4, RTCRay4>(s, &Api::rtcOccluded4, scene, -INFINITY);
+  ExpectDistances<8, RTCRay8>(s, &Api::rtcOccluded8, scene, -INFINITY);
   if (!HasPacketsOf16(s)) return;
-  ExpectDistances<16, RTCRayHit16>(s.api, s.api.rtcIntersect16, scene, 10);
-  ExpectDistances<16, RTCRay16>(s.api, s.api.rtcOccluded16, scene, -INFINITY);
+  ExpectDistances<16, RTCRayHit16>(s, &Api::rtcIntersect16, scene, 10);
+  ExpectDistances<16, RTCRay16>(s, &Api::rtcOccluded16, scene, -INFINITY);
 }
 
 class Pointers : public OnBothLibraries {};

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -74,22 +75,19 @@ TEST_P(ConfigTest, AnswersAreEmbrees) {
 }
 
 std::vector<std::string> Configs() {
-  std::vector<std::string> configs = IsaConfigs();
-  for (const char* const config :
-       {"dacrt_budget=0", "dacrt_budget=unlimited", "dacrt_budget=100000", "threads=1", "threads=2",
-        "threads=8", "threads=8,dacrt_budget=0"}) {
-    configs.push_back(config);
-  }
+  std::vector<std::string> configs = {
+      "dacrt_budget=0", "dacrt_budget=unlimited",  "dacrt_budget=100000", "threads=1", "threads=2",
+      "threads=8",      "threads=8,dacrt_budget=0"};
+  std::ranges::copy(IsaConfigs(), std::back_inserter(configs));
   return configs;
 }
 
-INSTANTIATE_TEST_SUITE_P(Configs, ConfigTest, testing::ValuesIn(Configs()),
-                         [](const auto& config) {
-                           std::string name = config.param;
-                           std::ranges::replace_if(
-                               name, [](char c) { return !std::isalnum(c); }, '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Configs, ConfigTest, testing::ValuesIn(Configs()), [](const auto& config) {
+  std::string name = config.param;
+  std::ranges::replace_if(
+      name, [](char c) { return !std::isalnum(c); }, '_');
+  return name;
+});
 
 std::vector<Form> AllForms() {
   std::vector<Form> forms = StreamForms();

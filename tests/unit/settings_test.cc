@@ -195,6 +195,7 @@ TEST(SettingsTest, InstructionSetsAreSortedAndTheDeviceTakesTheLimit) {
   ASSERT_FALSE(available.empty());
   for (std::size_t i = 0; i < available.size(); ++i) {
     EXPECT_NE(available[i], InstructionSet::kBest);
+    EXPECT_TRUE(ProcessorHas(available[i]));
     if (i > 0) {
       EXPECT_LT(available[i - 1], available[i]);
     }
