@@ -21,7 +21,8 @@ namespace HWY_NAMESPACE {
 #if HWY_TARGET != HWY_SCALAR
 /// Three values. What stands behind them may not be the caller's.
 HWY_INLINE CornerPart LoadThree(const float* values) {
-#if HWY_MEM_OPS_MIGHT_FAULT
+#if HWY_MEM_OPS_MIGHT_FAULT || HWY_TARGET == HWY_AVX2
+  // Processors that have no more than AVX2 may take long for a load with a mask.
   const hn::Half<CornerTag> two;
   const hn::Half<decltype(two)> one;
   return hn::Combine(kCornerTag, hn::ZeroExtendVector(two, hn::LoadU(one, values + 2)),
