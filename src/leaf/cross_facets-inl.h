@@ -10,6 +10,7 @@
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_block.h"
+#include "rays/closeness.h"
 #include "rays/ray_record.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -202,6 +203,27 @@ struct FacetCrossing {
   EightPart entry;  ///< into the triangle's own box
   EightPart u, v;   ///< times divisor
   EightPart divisor;
+
+  /// The lane that is nearer than `nearest`, which is set to its distance, or kPartLanes. False if
+  /// names decide: one is as near as another, or as what the ray has, or, `at_limit` of a ray that
+  /// has nothing, as its end.
+  HWY_INLINE bool FindNearest(bool at_limit, float& nearest, size_t& lane) const {
+    HWY_ALIGN float keys[kPartLanes];
+    hn::Store(hn::Max(t, entry), kEightTag, keys);
+    lane = kPartLanes;
+    for (uint64_t left = lanes; left != 0; left &= left - 1) {
+      const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
+      if (HWY_LIKELY(keys[i] < nearest)) {
+        nearest = keys[i];
+        lane = i;
+      } else if (HWY_UNLIKELY(CompareHits(keys[i], within_limit >> i & 1, nearest,
+                                          at_limit && lane == kPartLanes,
+                                          true) != Closeness::kFarther)) {
+        return false;
+      }
+    }
+    return true;
+  }
 };
 
 /// A ray in all lanes.

@@ -96,7 +96,58 @@ struct TogetherEnter {
   }
 };
 
-/// Rays that run in any directions: each child against all of them.
+/// The children that some lanes of a group enter, where each ray is tested by itself against all of
+/// them, which fill a vector; `planes` are those that stand lower, and higher.
+template <size_t kMost>
+class EnteredRayByRay {
+ public:
+  HWY_INLINE EnteredRayByRay(const GroupLanes<kMost>& group, const WideNode& node,
+                             const ChildPlanes& planes, LaneMask active) {
+    constexpr hn::RebindToUnsigned<EightTag> d;
+    auto nearest = hn::Set(kEightTag, std::numeric_limits<float>::infinity());
+    auto any = hn::Zero(d);
+    for (size_t half = 0; half < kHalves; ++half) {
+      auto rays = hn::Zero(d);
+      ForEachLane(active >> (32 * half) & UINT32_MAX, [&](size_t i) HWY_ATTR {
+        const SpreadLane<kMost> ray{group, 32 * half + i};
+        SlabsOf<EightPart> slabs;
+        for (int axis = 0; axis < 3; ++axis) {
+          slabs.Cut(axis, planes.Near(0, axis), planes.Far(0, axis), ray.org(axis),
+                    ray.reciprocal(axis));
+        }
+        const IntervalOf<EightPart> inside = slabs.Interval();
+        const EightPart entry = hn::Max(inside.entry, ray.start());
+        const auto enters = hn::Le(entry, hn::Min(inside.exit, ray.tfar()));
+        nearest = hn::Min(nearest, hn::IfThenElse(enters, entry, nearest));
+        rays = hn::Or(rays, hn::IfThenElseZero(hn::RebindMask(d, enters), hn::Set(d, 1u << i)));
+      });
+      hn::Store(rays, d, rays_[half]);
+      any = hn::Or(any, rays);
+    }
+    hn::Store(nearest, kEightTag, nearest_);
+    const auto is_entered = hn::RebindMask(kEightTag, hn::Ne(any, hn::Zero(d)));
+    children_ = static_cast<uint32_t>(Bits(kEightTag, is_entered)) & node.UsedChildren();
+  }
+
+  uint32_t children() const { return children_; }  ///< a bit each
+  /// Where the first ray enters a child.
+  float nearest(size_t child) const { return nearest_[child]; }
+  HWY_INLINE LaneMask LanesOf(size_t child) const {
+    LaneMask lanes = rays_[0][child];
+    if constexpr (kHalves == 2) lanes |= LaneMask{rays_[1][child]} << 32;
+    return lanes;
+  }
+
+ private:
+  static constexpr size_t kHalves = kMost > 32 ? 2 : 1;
+
+  HWY_ALIGN uint32_t rays_[kHalves][WideNode::kWidth];  ///< half of the group, a bit a ray
+  HWY_ALIGN float nearest_[WideNode::kWidth];
+  uint32_t children_;
+};
+
+/// Rays that run in any directions: each child against all of them, or, where that takes fewer
+/// tests, each of them against all children.
 template <size_t kMost>
 struct EachEnters {
   static constexpr size_t kFewInLeaf = policy::kFewInLeaf;
@@ -110,11 +161,20 @@ struct EachEnters {
 
   HWY_INLINE void operator()(WideNode& node, LaneMask active, OpenForLanes* open,
                              size_t& count) const {
-    const BroadcastPlanes broadcast(ChildPlanes(node, kPlaneOffsets[0]));
+    const ChildPlanes planes(node, kPlaneOffsets[0]);
+    const PartRange used = group.PartsWith(active);
+    if constexpr (kParts == 1) {
+      if (hwy::PopCount(active) <= (used.end - used.begin) * node.count) {
+        const EnteredRayByRay<kMost> entered(group, node, planes, active);
+        return Open(node, entered.children(), [&](size_t i) HWY_ATTR {
+          open[count++] = {entered.nearest(i), node.Child(i).bits(), entered.LanesOf(i)};
+        });
+      }
+    }
+    const BroadcastPlanes broadcast(planes);
     LaneMask lanes_of[WideNode::kWidth];
     uint32_t entered = 0;
     float nearest[WideNode::kWidth];
-    const PartRange used = group.PartsWith(active);
     for (size_t i = 0; i < node.count; ++i) {
       LaneMask enter = 0;
       V distance = hn::Set(kFloat, std::numeric_limits<float>::infinity());
@@ -139,12 +199,19 @@ struct EachEnters {
       entered |= 1u << i;
       nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
     }
-    if (entered == 0) return;
+    Open(node, entered, [&](size_t i) HWY_ATTR {
+      open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
+    });
+  }
+
+ private:
+  template <class Push>
+  HWY_INLINE void Open(WideNode& node, uint32_t entered, const Push& push) const {
     if (HWY_UNLIKELY(node.BareLeaves(entered)))
       GiveLeavesGeometry(task, node, entered, PrepareFacets);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
       PrefetchChild(task.partition, node.Child(i));
-      open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
+      push(i);
     });
   }
 };

@@ -44,20 +44,6 @@ class GroupFacets {
   }
 
  private:
-  /// The ray of a lane, in all lanes.
-  struct SpreadLane {
-    const GroupLanes<kMost>& lanes;
-    size_t lane;
-
-    HWY_INLINE EightPart org(int axis) const { return hn::Set(kEightTag, lanes.org[axis][lane]); }
-    HWY_INLINE EightPart dir(int axis) const { return hn::Set(kEightTag, lanes.dir[axis][lane]); }
-    HWY_INLINE EightPart reciprocal(int axis) const {
-      return hn::Set(kEightTag, lanes.reciprocal[axis][lane]);
-    }
-    HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, lanes.tnear[lane]); }
-    HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, lanes.tfar[lane]); }
-  };
-
   /// The triangles side by side, and one ray after the other.
   void TestOneByOne(ChildWord leaf, const LeafBlock& block, LaneMask active) {
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
@@ -70,7 +56,7 @@ class GroupFacets {
     uint32_t met = 0;
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
       ForEachLane(active, [&](size_t lane) HWY_ATTR {
-        const SpreadLane ray{lanes_, lane};
+        const SpreadLane<kMost> ray{lanes_, lane};
         met |= static_cast<uint32_t>(CrossFacets<false>(ray, triangles, corners).lanes)
                << (part * kPartLanes);
       });
@@ -101,7 +87,7 @@ class GroupFacets {
     for (LaneMask left = active; left != 0; left &= left - 1) {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
       const FacetCrossing crossing =
-          CrossFacets<false>(SpreadLane{lanes_, lane}, triangles, corners);
+          CrossFacets<false>(SpreadLane<kMost>{lanes_, lane}, triangles, corners);
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
       if constexpr (kQuery == Query::kClosest) {
         TakeOne(leaf, block, part, lane, crossing, triangles);

@@ -11,6 +11,7 @@
 
 #include "geometry/four_by_four-inl.h"
 #include "geometry/ray_box-inl.h"
+#include "geometry/wide_node-inl.h"
 #include "rays/load_records-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -269,6 +270,18 @@ struct GroupLanes {
     if (has_mask) memcpy(&mask[lane], record + static_cast<size_t>(kMask), sizeof(uint32_t));
   }
 
+  /// The first kCount of some values, and zeros behind them where the vector is longer. Not with a
+  /// mask: processors that have no more than AVX2 may take as long for such a load as for a packet.
+  template <size_t kCount, class Tag>
+  static HWY_INLINE hn::Vec<Tag> LoadFirst(Tag d, const float* values) {
+#if HWY_TARGET != HWY_SCALAR
+    if constexpr (hn::MaxLanes(Tag()) > kCount) {
+      return hn::ZeroExtendVector(d, LoadFirst<kCount>(hn::Half<Tag>(), values));
+    }
+#endif
+    return hn::LoadU(d, values);
+  }
+
   /// kCount is the packet's lanes, or 0 if that is not known.
   template <size_t kCount>
   HWY_INLINE LaneMask LoadPacketOf(const RayPacket& packet) {
@@ -277,12 +290,13 @@ struct GroupLanes {
     const float* const values = static_cast<const float*>(packet.values);
     const auto read = [&](PacketComponent component, void* to) HWY_ATTR {
       const float* const row = values + static_cast<size_t>(component) * count;
-      if constexpr (kCount != 0 && kCount < hn::MaxLanes(D())) {
-        // Full vectors are loaded next, which would have to wait for one that is stored in part.
-        hn::Store(hn::MaskedLoad(hn::FirstN(kFloat, kCount), kFloat, row), kFloat,
-                  static_cast<float*>(to));
-      } else {
+      if constexpr (kCount == 0) {
         memcpy(to, row, count * sizeof(float));
+      } else {
+        // Full vectors are loaded next, which would have to wait for one that is stored in parts.
+        for (size_t lane = 0; lane < kCount; lane += Lanes()) {
+          hn::Store(LoadFirst<kCount>(kFloat, row + lane), kFloat, static_cast<float*>(to) + lane);
+        }
       }
     };
     read(kOrgX, org[0]);
@@ -349,6 +363,22 @@ struct GroupLanes {
   }
 
   size_t parts_ = kMostParts;
+};
+
+/// The ray of a lane, in all lanes of a vector.
+template <size_t kMost>
+struct SpreadLane {
+  const GroupLanes<kMost>& lanes;
+  size_t lane;
+
+  HWY_INLINE EightPart org(int axis) const { return hn::Set(kEightTag, lanes.org[axis][lane]); }
+  HWY_INLINE EightPart dir(int axis) const { return hn::Set(kEightTag, lanes.dir[axis][lane]); }
+  HWY_INLINE EightPart reciprocal(int axis) const {
+    return hn::Set(kEightTag, lanes.reciprocal[axis][lane]);
+  }
+  HWY_INLINE EightPart start() const { return hn::Set(kEightTag, lanes.start[lane]); }
+  HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, lanes.tnear[lane]); }
+  HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, lanes.tfar[lane]); }
 };
 
 }  // namespace HWY_NAMESPACE

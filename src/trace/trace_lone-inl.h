@@ -206,20 +206,10 @@ class LoneTracer {
     if constexpr (kQuery == Query::kAny) {
       return (crossing.lanes & crossing.within_limit) != 0 ? Block() : WalkStep::kNext;
     }
-    HWY_ALIGN float keys[kPartLanes];
-    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
     float nearest = ray_.tfar;
-    size_t taken = kPartLanes;
-    for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
-      const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      if (HWY_LIKELY(keys[lane] < nearest)) {
-        nearest = keys[lane];
-        taken = lane;
-      } else if (HWY_UNLIKELY(IsNearAs(nearest, taken < kPartLanes, keys[lane],
-                                       (crossing.within_limit >> lane) & 1))) {
-        return WalkStep::kLeave;
-      }
-    }
+    size_t taken;
+    const bool at_limit = (ray_.state & RayRecord::kAtLimit) != 0;
+    if (HWY_UNLIKELY(!crossing.FindNearest(at_limit, nearest, taken))) return WalkStep::kLeave;
     if (taken == kPartLanes) return WalkStep::kNext;
     SetHit(ray_, nearest, 0, 0);
     call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles);
@@ -230,12 +220,6 @@ class LoneTracer {
   HWY_INLINE bool HasToAsk(const LeafBlock& block) const {
     return call_.checks_masks || block.geometry == LeafBlock::kSeveral ||
            FilterOf<kQuery>(scene_.geometries.shapes()[block.geometry]);
-  }
-
-  /// Whether a hit at `key`, which is not below `nearest`, may be taken all the same.
-  HWY_INLINE bool IsNearAs(float nearest, bool has_taken, float key, bool within_limit) const {
-    const bool at_limit = !has_taken && (ray_.state & RayRecord::kAtLimit) != 0;
-    return CompareHits(key, within_limit, nearest, at_limit, true) != Closeness::kFarther;
   }
 
   HWY_INLINE WalkStep Block() {

@@ -154,14 +154,25 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   if (task.statistics) task.statistics->hits += stored;
 }
 
+/// How the rays of a call go.
+enum class Walk {
+  kLists,
+  kGroups,         ///< of neighbours that run close together, unless lists turn out to be quicker
+  kLargestGroups,  ///< of neighbours that have next to nothing in common
+};
+
 /// How many rays go in a group: the more of their way they have in common, the more.
 template <Query kQuery>
 class GroupSize {
  public:
+  explicit GroupSize(Walk walk)
+      : learns_(walk == Walk::kGroups), rays_(learns_ ? 2 * kPacketRays : kMostGroupRays) {}
+
   size_t rays() const { return rays_; }
 
   /// Whether something was learnt.
   bool Learn(const GroupVisits& of_group) {
+    if (!learns_) return false;
     visits_.count += of_group.count;
     visits_.lanes += of_group.lanes;
     if (++groups_ < policy::kGroupsToLearnFrom) return false;
@@ -178,7 +189,8 @@ class GroupSize {
   static constexpr policy::GroupShares kShares =
       kQuery == Query::kAny ? policy::kAnyShares : policy::kClosestShares;
 
-  size_t rays_ = 2 * kPacketRays;
+  const bool learns_;
+  size_t rays_;
   GroupVisits visits_;
   size_t groups_ = 0;
 };
@@ -211,14 +223,14 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
   return visits;
 }
 
-/// The same for rays that run close together, a group of neighbours at a time. Returns how many
-/// rays are done: less than all if `choice` says that lists are quicker.
+/// The same, a group of neighbours at a time. Returns how many rays are done: less than all if
+/// `choice` says that lists are quicker.
 template <Query kQuery>
-size_t TraceByGroups(TraceTask& task, size_t count, uint32_t* callers, ListMemory lists,
+size_t TraceByGroups(TraceTask& task, size_t count, Walk walk, uint32_t* callers, ListMemory lists,
                      WalkChoice* choice) {
   const RecordLayout layout(*task.frame.view);
   LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
-  GroupSize<kQuery> size;
+  GroupSize<kQuery> size(walk);
   size_t timed = 0;
   uint64_t start = choice ? Ticks() : 0;
   for (size_t begin = 0; begin < count;) {
@@ -253,15 +265,14 @@ inline bool GoTogether(const SceneParts& scene, const RecordLayout& layout, size
 }
 
 /// Rays `first` to `first + count` of the view, in the memory of a workspace or on the stack, where
-/// there is none for tags. `together` is GoTogether.
+/// there is none for tags.
 template <Query kQuery>
-void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count,
-               bool together, const CallOptions& options, SplitMemory& split_memory,
-               RayRecord* rays, FullHit* hits, uint32_t* callers,
-               const InstanceMemory& instance_memory, ListMemory lists, RayTag* tags,
-               Statistics* statistics) {
+void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_t count, Walk walk,
+               const CallOptions& options, SplitMemory& split_memory, RayRecord* rays,
+               FullHit* hits, uint32_t* callers, const InstanceMemory& instance_memory,
+               ListMemory lists, RayTag* tags, Statistics* statistics) {
   if (statistics) ++statistics->pieces;
-  WalkChoice* const choice = together ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
+  WalkChoice* const choice = walk == Walk::kGroups ? WalkChoiceFor<kQuery>(scene, count) : nullptr;
   for (size_t done = 0; done < count;) {
     const CallFrame frame{&view, nullptr, first + done, options, view.instance_value};
     TraceTask task{scene,
@@ -278,10 +289,10 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                    view.instance_value,
                    callers};
     const size_t left = count - done;
-    size_t by_lists = together ? 0 : count;
+    size_t by_lists = walk == Walk::kLists ? count : 0;
     if (choice && left >= policy::kFewestByLists) by_lists = HWY_MIN(left, choice->rays_by_lists());
     if (by_lists == 0) {
-      done += TraceByGroups<kQuery>(task, left, callers, lists, choice);
+      done += TraceByGroups<kQuery>(task, left, walk, callers, lists, choice);
       continue;
     }
     const uint64_t start = choice ? Ticks() : 0;

@@ -115,6 +115,47 @@ TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
   }
 }
 
+// Scenes that are small and hold nothing but triangles, of which some coincide; half of the rays run
+// in one direction, and half end where they hit something, or right before. Calls of every size, too,
+// whose rays have next to nothing in common.
+TEST_P(KeptTraceTest, TrianglesMeetPacketsAsTheyMeetRays) {
+  Random random(13);
+  for (const std::size_t triangles : {std::size_t{36}, std::size_t{400}, std::size_t{20000}}) {
+    Mesh mesh = MakeSoup(random, triangles, 2, triangles < 1000 ? 0.6f : 0.1f);
+    for (std::size_t i = 0; i < triangles; i += 8) mesh.triangles.push_back(mesh.triangles[i]);
+    const Scene scene(std::make_shared<Device>(WithBudget(kDefaultBudget)), {{mesh.View()}});
+    auto rays = MakeFullRays(random, 600);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (i % 16 < 8) {
+        rays[i].Set(kDirX, 0.1f);
+        rays[i].Set(kDirY, random.Uniform(-0.01f, 0.01f));
+        rays[i].Set(kDirZ, 1.0f);
+      }
+    }
+    const auto closest = TracePackets(scene, rays, Query::kClosest, 1, nullptr);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (closest[i] == rays[i] || i % 4 >= 2) continue;
+      const float t = closest[i].Get(kTfar);
+      rays[i].Set(kTfar, i % 4 == 0 ? t : std::nextafter(t, 0.0f));
+    }
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      const auto expected = TracePackets(scene, rays, query, 1, nullptr);
+      const std::string what = std::to_string(triangles) + (query == Query::kAny ? ", any" : "");
+      for (int round = 0; round < 3; ++round) {
+        for (const uint32_t lanes : {3u, 4u, 7u, 8u, 13u, 16u}) {
+          ExpectSame(TracePackets(scene, rays, query, lanes, nullptr), expected,
+                     what + ", packets of " + std::to_string(lanes));
+        }
+        for (const std::size_t count : {2u, 7u, 33u, 64u, 65u, 200u, 600u}) {
+          ExpectSame(TraceInCalls(scene, rays, query, count), expected,
+                     what + ", by " + std::to_string(count));
+        }
+        if (HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
 // Around the number of rays at which calls take another way, and far beyond.
 TEST_P(KeptTraceTest, TheNumberOfRaysACallDoesNotChangeABit) {
   Random random(3);
