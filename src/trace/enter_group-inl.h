@@ -44,6 +44,7 @@ struct BroadcastPlanes {
 /// the interval over all of them.
 template <size_t kMost>
 struct TogetherEnter {
+  static constexpr size_t kFewRays = policy::kFewRays;
   static constexpr size_t kFewInLeaf = policy::kFewTogetherInLeaf;
 
   const TraceTask& task;
@@ -150,6 +151,8 @@ class EnteredRayByRay {
 /// tests, each of them against all children.
 template <size_t kMost>
 struct EachEnters {
+  static constexpr size_t kFewRays =
+      HWY_TARGET == HWY_AVX2 ? policy::kFewOfGroupWithAvx2 : policy::kFewOfGroup;
   static constexpr size_t kFewInLeaf = policy::kFewInLeaf;
 
   const TraceTask& task;

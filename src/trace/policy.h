@@ -12,6 +12,12 @@ namespace dacrt::policy {
 /// 147, 151 and 154 ns a ray of a hall, 124, 126, 126 and 128 of Sponza.
 inline constexpr std::size_t kFewRays = 1;
 
+/// And of a group, where its rays run in any directions: on a processor with AVX2 only (Zen 3)
+/// none, so that a lone one stays with it. With 1 and 0, calls of 64 diffuse rays took 363 and 333
+/// ns a ray of the kitchen, 708 and 702 of Sponza, 550 and 508 of Sibenik, of 256 rays 327 and 297,
+/// 855 and 737, 518 and 435.
+inline constexpr std::size_t kFewOfGroup = kFewRays, kFewOfGroupWithAvx2 = 0;
+
 /// And, where children can be sorted without branches, the rays of an octant in a call whose rays
 /// are spread over several, none with more than half of them: with 2, 8 and 20 calls of 64 diffuse
 /// rays took 683, 646, 599 ns a ray of Sponza, 464, 432, 388 of Sibenik, 379, 365, 386 of the

@@ -84,7 +84,7 @@ class GroupTracer {
       visits_.lanes += lanes;
       if (child.IsLeaf()) {
         leaves_.Test(child, active, memory, enter);
-      } else if (lanes <= policy::kFewRays || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
+      } else if (lanes <= Enter::kFewRays || HWY_UNLIKELY(count + WideNode::kWidth > kMostOpen)) {
         visits_.count += policy::kVisitsAlone * lanes;
         visits_.lanes += policy::kVisitsAlone * lanes;
         TraceFew(child, active, memory);
