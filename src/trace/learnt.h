@@ -20,6 +20,7 @@ struct Learnt {
   };
 
   LearntOrder order_of_groups{8, 2048};         ///< costs are visits
+  LearntOrder order_of_packets{32, 8192};       ///< the same
   LearntOrder order_of_rays{1 << 15, 1 << 22};  ///< of those in lists; costs are ticks
   OfQuery of_closest, of_any;
 

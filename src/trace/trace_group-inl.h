@@ -161,10 +161,11 @@ class GroupTracer {
   GroupVisits visits_;
 };
 
-/// What any-hit groups of a scene have learnt; null for closest hits, whose order is known.
+/// What any-hit groups of a scene have learnt, or packets; null for closest hits, whose order is
+/// known.
 template <Query kQuery>
-HWY_INLINE LearntOrder* LearntOfGroups(const SceneParts& scene) {
-  return kQuery == Query::kAny ? &LearntAbout(scene.kept.get()).order_of_groups : nullptr;
+HWY_INLINE LearntOrder* LearntOfGroups(const SceneParts& scene, LearntOrder Learnt::*whose) {
+  return kQuery == Query::kAny ? &(LearntAbout(scene.kept.get()).*whose) : nullptr;
 }
 
 /// The rays of some lanes, from the root on, in the order that was learnt; which learns from them.

@@ -229,7 +229,7 @@ template <Query kQuery>
 size_t TraceByGroups(TraceTask& task, size_t count, Walk walk, uint32_t* callers, ListMemory lists,
                      WalkChoice* choice) {
   const RecordLayout layout(*task.frame.view);
-  LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene);
+  LearntOrder* const learnt = LearntOfGroups<kQuery>(task.scene, &Learnt::order_of_groups);
   GroupSize<kQuery> size(walk);
   size_t timed = 0;
   uint64_t start = choice ? Ticks() : 0;
