@@ -94,8 +94,7 @@ class HandfulTracer {
   /// Those that may find in an open child what they look for.
   HWY_INLINE LaneMask LanesWithin(const Open& open) const {
     if constexpr (kQuery == Query::kAny) return open.lanes & looking_;
-    const auto within =
-        hn::Ge(hn::Load(kEightTag, lanes_.tfar), hn::Set(kEightTag, open.distance));
+    const auto within = hn::Ge(hn::Load(kEightTag, lanes_.tfar), hn::Set(kEightTag, open.distance));
     return open.lanes & Bits(kEightTag, within);
   }
 

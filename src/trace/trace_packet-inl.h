@@ -55,9 +55,9 @@ HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) 
 
 /// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
 /// group: hardly ever where a group tests them one by one itself. On a processor with AVX2 only
-/// (Zen 3), packets of 16 by themselves or abreast, and as groups: ambient rays 201 and 128 ns a ray
-/// in the kitchen, 443 and 327 in Sponza, 196 and 141 in Sibenik, diffuse ones 482 and 373, 966 and
-/// 845, 486 and 436; of 8 ambient 169 and 134, 400 and 353, 283 and 237.
+/// (Zen 3), packets of 16 by themselves or abreast, and as groups: ambient rays 201 and 128 ns a
+/// ray in the kitchen, 443 and 327 in Sponza, 196 and 141 in Sibenik, diffuse ones 482 and 373, 966
+/// and 845, 486 and 436; of 8 ambient 169 and 134, 400 and 353, 283 and 237.
 template <Query kQuery>
 HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacketRays>& lanes,
                                LaneMask active) {
@@ -217,7 +217,8 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  nullptr,
                  FinishHit,
                  packet.instance_value};
-  TraceGroup<kQuery>(task, lanes, active, memory.Lists(), LearntOfGroups<kQuery>(scene, &Learnt::order_of_packets));
+  TraceGroup<kQuery>(task, lanes, active, memory.Lists(),
+                     LearntOfGroups<kQuery>(scene, &Learnt::order_of_packets));
   if constexpr (kQuery == Query::kAny) {
     ForEachLane(lanes.Blocked(active), [&](size_t lane) {
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));

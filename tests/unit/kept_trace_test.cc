@@ -115,9 +115,9 @@ TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
   }
 }
 
-// Scenes that are small and hold nothing but triangles, of which some coincide; half of the rays run
-// in one direction, and half end where they hit something, or right before. Calls of every size, too,
-// whose rays have next to nothing in common.
+// Scenes that are small and hold nothing but triangles, of which some coincide; half of the rays
+// run in one direction, and half end where they hit something, or right before. Calls of every
+// size, too, whose rays have next to nothing in common.
 TEST_P(KeptTraceTest, TrianglesMeetPacketsAsTheyMeetRays) {
   Random random(13);
   for (const std::size_t triangles : {std::size_t{36}, std::size_t{400}, std::size_t{20000}}) {
