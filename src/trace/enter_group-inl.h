@@ -26,6 +26,18 @@ struct OpenForLanes {
   LaneMask lanes;
 };
 
+/// Sorts those from `bottom` to `end`, of which there are a few, the nearest last.
+HWY_INLINE void SortNearestLast(OpenForLanes* open, size_t bottom, size_t end) {
+  for (size_t i = bottom + 1; i < end; ++i) {
+    const OpenForLanes next = open[i];
+    size_t place = i;
+    for (; place > bottom && open[place - 1].distance < next.distance; --place) {
+      open[place] = open[place - 1];
+    }
+    open[place] = next;
+  }
+}
+
 /// Planes of a node's children, to be broadcast one child after the other.
 struct BroadcastPlanes {
   HWY_ALIGN float near[3][WideNode::kWidth], far[3][WideNode::kWidth];

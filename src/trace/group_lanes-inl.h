@@ -199,6 +199,17 @@ struct GroupLanes {
     return hn::GetLane(hn::MaxOfLanes(kFloat, largest));
   }
 
+  /// Those of some lanes, of which there is one, that have no hit closer than `distance`.
+  HWY_INLINE LaneMask WithEndsFrom(float distance, LaneMask lanes) const {
+    LaneMask within = 0;
+    const PartRange used = PartsWith(lanes);
+    for (size_t part = used.begin; part < used.end; ++part) {
+      const V end = hn::Load(kFloat, tfar + part * Lanes());
+      within |= Bits(hn::Ge(end, hn::Set(kFloat, distance))) << (part * Lanes());
+    }
+    return lanes & within;
+  }
+
   /// Those of some lanes whose state has a bit.
   HWY_INLINE LaneMask LanesInState(LaneMask lanes, uint32_t bit) const {
     uint64_t having = 0;

@@ -99,38 +99,16 @@ class GroupTracer {
         enter(task_.partition.nodes[child.number()], active, open, count);
         const ChildOrder order =
             kQuery == Query::kAny ? task_.any_hit_order : ChildOrder::kNearestFirst;
-        if (order != ChildOrder::kAsStored) Sort(open, bottom, count);
+        if (order != ChildOrder::kAsStored) SortNearestLast(open, bottom, count);
         if (order != ChildOrder::kNearestFirst) std::reverse(open + bottom, open + count);
       }
       do {
         if (count == 0) return;
         --count;
-        active = LanesWithin(open[count].lanes, open[count].distance);
+        active = lanes_.WithEndsFrom(open[count].distance, open[count].lanes);
       } while (active == 0);
       child = ChildWord(open[count].word);
     }
-  }
-
-  static HWY_INLINE void Sort(OpenForLanes* open, size_t bottom, size_t count) {
-    for (size_t i = bottom + 1; i < count; ++i) {
-      const OpenForLanes next = open[i];
-      size_t place = i;
-      for (; place > bottom && open[place - 1].distance < next.distance; --place) {
-        open[place] = open[place - 1];
-      }
-      open[place] = next;
-    }
-  }
-
-  /// Those of some lanes that have no hit closer than `distance`.
-  HWY_INLINE LaneMask LanesWithin(LaneMask lanes, float distance) const {
-    LaneMask within = 0;
-    const PartRange used = lanes_.PartsWith(lanes);
-    for (size_t part = used.begin; part < used.end; ++part) {
-      const V tfar = hn::Load(kFloat, lanes_.tfar + part * Lanes());
-      within |= Bits(hn::Ge(tfar, hn::Set(kFloat, distance))) << (part * Lanes());
-    }
-    return lanes & within;
   }
 
   /// The rays of some lanes, each in its own way; apart, so that the walk of groups stays short.

@@ -32,7 +32,7 @@ class HandfulTracer {
   /// distances, or there is anything but prepared facets: nothing was found then, and ends of rays
   /// in lanes mean nothing any more.
   HWY_INLINE bool Trace(LaneMask active) {
-    Open open[kMostOpen];
+    OpenForLanes open[kMostOpen];
     size_t count = 0;
     ChildWord child = scene_.kept->root();
     looking_ = active;
@@ -69,33 +69,25 @@ class HandfulTracer {
  private:
   static constexpr size_t kMostOpen = 64;
 
-  using Open = OpenForLanes;
-
   /// Opens the children of a node that rays enter, of closest hits the nearest last; false if one
   /// is a leaf without its geometry.
-  HWY_INLINE bool Enter(const WideNode& node, LaneMask lanes, Open* open, size_t& count) const {
+  HWY_INLINE bool Enter(const WideNode& node, LaneMask lanes, OpenForLanes* open,
+                        size_t& count) const {
     const ChildPlanes planes(node, kPlaneOffsets[0]);
     const EnteredRayByRay<kPacketRays> entered(lanes_, node, planes, lanes);
     if (HWY_UNLIKELY(node.BareLeaves(entered.children()) != 0)) return false;
     const size_t bottom = count;
     ForEachLane(entered.children(), [&](size_t i) {
-      const Open next{entered.nearest(i), node.Child(i).bits(), entered.LanesOf(i)};
-      size_t place = count++;
-      if constexpr (kQuery == Query::kClosest) {
-        for (; place > bottom && open[place - 1].distance < next.distance; --place) {
-          open[place] = open[place - 1];
-        }
-      }
-      open[place] = next;
+      open[count++] = {entered.nearest(i), node.Child(i).bits(), entered.LanesOf(i)};
     });
+    if constexpr (kQuery == Query::kClosest) SortNearestLast(open, bottom, count);
     return true;
   }
 
   /// Those that may find in an open child what they look for.
-  HWY_INLINE LaneMask LanesWithin(const Open& open) const {
+  HWY_INLINE LaneMask LanesWithin(const OpenForLanes& open) const {
     if constexpr (kQuery == Query::kAny) return open.lanes & looking_;
-    const auto within = hn::Ge(hn::Load(kEightTag, lanes_.tfar), hn::Set(kEightTag, open.distance));
-    return open.lanes & Bits(kEightTag, within);
+    return lanes_.WithEndsFrom(open.distance, open.lanes);
   }
 
   HWY_INLINE bool Test(const LeafBlock& block, LaneMask lanes) {
