@@ -117,7 +117,7 @@ inline bool AreCoherent(const RecordLayout& layout, size_t first, size_t count, 
     narrow +=
         apart <= policy::kNarrowOrigins * reach && spread <= policy::kNarrowDirections * length;
   }
-  return 2 * narrow > looks;
+  return policy::kRunsWithOneNarrow * narrow > looks;
 }
 
 /// The tags of loaded rays, kept by their numbers.
