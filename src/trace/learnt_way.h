@@ -1,10 +1,10 @@
-// Which of two ways the rays of small calls go, where no rule knows which one is quicker.
+// Which of two ways rays go, where no rule knows which one is quicker.
 //
-// Rays that have next to nothing in common: alone, each takes the short way of a single ray, and
-// the processor guesses where it goes; some abreast, one is tested while another waits for memory.
-// Which is quicker depends on how much they wait and how well they can be guessed: calls of 64
-// ambient rays took 1.36 times as long abreast in a scene of 7,088 triangles, and 1.15 times as
-// long alone in one of 871,000.
+// Rays of small calls that have next to nothing in common: alone, each takes the short way of a
+// single ray, and the processor guesses where it goes; some abreast, one is tested while another
+// waits for memory. Which is quicker depends on how much they wait and how well they can be
+// guessed: calls of 64 ambient rays took 1.36 times as long abreast in a scene of 7,088 triangles,
+// and 1.15 times as long alone in one of 871,000.
 //
 // Rays that run close together and look for any hit: as groups, or some abreast, which is quicker
 // where they come apart before they are blocked. Calls of 64 shadow rays took 1.29 times as long as
@@ -24,7 +24,13 @@ namespace dacrt {
 class LearntWay {
  public:
   /// When both are tried, so many rays go one way before as many go the other.
-  explicit constexpr LearntWay(uint32_t run) : best_(kTrialRays, kPeriodRays, run) {}
+  /// In all each way gets `trial` rays of every `period`.
+  explicit constexpr LearntWay(uint32_t run, uint32_t trial = 4096, uint32_t period = 1 << 19)
+      : best_(trial, period, run), run_(run) {}
+
+  /// How many rays at most are to go next: no more than a run if that is to find out about the
+  /// second way. Of the first way it is known only what it costs with all rays that there are.
+  uint32_t MostRays() const { return best_.is_trial() && best_.Next() != 0 ? run_ : UINT32_MAX; }
 
   /// Takes so many rays one way or the other.
   template <class First, class Second>
@@ -40,9 +46,8 @@ class LearntWay {
   }
 
  private:
-  static constexpr uint32_t kTrialRays = 4096, kPeriodRays = 1 << 19;
-
   LearntBest<2> best_;  ///< batches are rays
+  uint32_t run_;
 };
 
 }  // namespace dacrt

@@ -13,15 +13,37 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
+/// How the rays of a short call go that have next to nothing in common, where nothing is called. On
+/// a processor with AVX2 only (Zen 3), calls of 64 rays by lists and as groups: ambient rays 476
+/// and 333 ns a ray in Sponza, 167 and 108 in the kitchen, diffuse ones 823 and 691, 422 and 331;
+/// of 256 rays ambient 372 and 342, 104 and 89. Of larger calls lists are quicker in some scenes,
+/// groups in others, so that is learnt. The robust test of a group goes ray by ray through records.
+HWY_INLINE Walk WalkApart(const SceneParts& scene) {
+  return HWY_TARGET == HWY_AVX2 && !scene.geometries.shapes().robust() ? Walk::kLargestGroups
+                                                                       : Walk::kLists;
+}
+
 template <Query kQuery>
 void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, size_t count,
                    const CallOptions& options, Workspace& workspace, Statistics& statistics) {
   SplitMemory split_memory(workspace.scratch().subset);
-  const Walk walk =
-      GoTogether(scene, RecordLayout(view), first, count) ? Walk::kGroups : Walk::kLists;
-  TraceView<kQuery>(scene, view, first, count, walk, options, split_memory, workspace.rays(),
-                    workspace.hits(), workspace.callers(), workspace.instance_memory(),
-                    workspace.lists(), workspace.tags(), &statistics);
+  const auto trace = [&](size_t begin, size_t rays, Walk walk) {
+    TraceView<kQuery>(scene, view, first + begin, rays, walk, options, split_memory,
+                      workspace.rays(), workspace.hits(), workspace.callers(),
+                      workspace.instance_memory(), workspace.lists(), workspace.tags(),
+                      &statistics);
+  };
+  if (GoTogether(scene, RecordLayout(view), first, count)) return trace(0, count, Walk::kGroups);
+  const Walk other = scene.has_callbacks ? Walk::kLists : WalkApart(scene);
+  if (other == Walk::kLists) return trace(0, count, Walk::kLists);
+  LearntWay& learnt = LearntAbout(scene.kept.get()).ApartInPiece(kQuery, count);
+  for (size_t done = 0; done < count;) {
+    const size_t rays = HWY_MIN(count - done, learnt.MostRays());
+    learnt.Trace(
+        static_cast<uint32_t>(rays), [&] { trace(done, rays, Walk::kLists); },
+        [&] { trace(done, rays, other); });
+    done += rays;
+  }
 }
 
 void TracePiece(Query query, const SceneParts& scene, const RayView& view, size_t first,
@@ -55,16 +77,6 @@ HWY_INLINE void TraceSingles(const SceneParts& scene, const RayView& view,
     packet.values = layout.Record(i);
     TraceSingle<kQuery>(scene, packet, options, pool);
   }
-}
-
-/// How the rays of a short call go that have next to nothing in common, where nothing is called. On
-/// a processor with AVX2 only (Zen 3), calls of 64 rays by lists and as groups: ambient rays 476
-/// and 333 ns a ray in Sponza, 167 and 108 in the kitchen, diffuse ones 823 and 691, 422 and 331;
-/// of 256 rays ambient 372 and 342, 104 and 89. From 4,096 rays on lists are quicker. The robust
-/// test of a group goes ray by ray through records.
-HWY_INLINE Walk WalkApart(const SceneParts& scene) {
-  return HWY_TARGET == HWY_AVX2 && !scene.geometries.shapes().robust() ? Walk::kLargestGroups
-                                                                       : Walk::kLists;
 }
 
 template <Query kQuery>

@@ -59,6 +59,25 @@ TEST(LearntWayTest, MostGoTheQuickerWay) {
   }
 }
 
+// What the second way costs is found out with few rays, not with all that a call has.
+TEST(LearntWayTest, NoMoreThanARunIsTriedTheSecondWay) {
+  constexpr uint32_t kRun = 512, kMany = 1 << 14;
+  LearntWay way(kRun);
+  uint32_t first = 0, second = 0;
+  for (uint32_t i = 0; i < kCalls; ++i) {
+    const uint32_t rays = std::min(kMany, way.MostRays());
+    way.Trace(
+        rays, [&] { first += rays; },
+        [&] {
+          second += rays;
+          Spin();
+        });
+  }
+  EXPECT_GT(second, 0u);
+  EXPECT_EQ(second % kRun, 0u);
+  EXPECT_LT(second, first / 16);
+}
+
 /// Calls `trace` for some rays in a row, until all of them have had their turn.
 template <class T, class Trace>
 void ForEachCall(std::vector<T>& rays, const Trace& trace) {
@@ -112,6 +131,27 @@ TEST_F(ShortCallsTest, FindTheSameClosestHits) {
     std::vector<RayHit> rays = rays_;
     ForEachCall(rays, [&](std::span<RayHit> some) { scene_->ClosestHits(some); });
     for (std::size_t i = 0; i < kRays; ++i) ASSERT_TRUE(SameBits(rays[i], found_[i])) << i;
+  }
+}
+
+// Long calls go by lists until groups are tried, some rays of them.
+TEST_F(ShortCallsTest, LongOnesFindTheSame) {
+  constexpr std::size_t kCopies = 40, kLongRounds = 12;
+  for (std::size_t round = 0; round < kLongRounds; ++round) {
+    std::vector<RayHit> rays;
+    std::vector<Ray> shadow_rays;
+    for (std::size_t copy = 0; copy < kCopies; ++copy) {
+      rays.insert(rays.end(), rays_.begin(), rays_.end());
+      for (const RayHit& ray : rays_) shadow_rays.push_back(ray.ray);
+    }
+    scene_->ClosestHits(rays);
+    scene_->AnyHits(shadow_rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const RayHit& found = found_[i % kRays];
+      ASSERT_TRUE(SameBits(rays[i], found)) << i;
+      const float expected = found.hit ? -unit::kInfinity : rays_[i % kRays].ray.tfar;
+      ASSERT_EQ(shadow_rays[i].tfar, expected) << i;
+    }
   }
 }
 
