@@ -11,7 +11,7 @@
 namespace dacrt {
 
 struct Learnt {
-  static constexpr LearntWay kOfPieces{8192, 1 << 16, 1 << 22};
+  static constexpr LearntWay WayOfPieces(uint32_t run) { return LearntWay{run, 1 << 16, 1 << 22}; }
 
   /// About the rays of a query.
   struct OfQuery {
@@ -20,8 +20,9 @@ struct Learnt {
     /// learnt about the way, too, which takes it long. With runs of 512 rays, calls of 64 ambient
     /// ones went abreast in the kitchen, and took 1.2 times as long as alone.
     LearntWay apart{4096};
-    /// Of the same in pieces of larger calls, by their size, see ApartInPiece.
-    LearntWay apart_in_pieces[3] = {kOfPieces, kOfPieces, kOfPieces};
+    /// Of the same in pieces of larger calls, by their size, see ApartInPiece. Of a large piece
+    /// both ways get parts in turn.
+    LearntWay apart_in_pieces[3] = {WayOfPieces(4096), WayOfPieces(16384), WayOfPieces(2048)};
     LearntWay close{512};  ///< of those that run close together, in short calls
   };
 

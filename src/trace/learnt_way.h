@@ -28,9 +28,12 @@ class LearntWay {
   explicit constexpr LearntWay(uint32_t run, uint32_t trial = 4096, uint32_t period = 1 << 19)
       : best_(trial, period, run), run_(run) {}
 
-  /// How many rays at most are to go next: no more than a run if that is to find out about the
-  /// second way. Of the first way it is known only what it costs with all rays that there are.
-  uint32_t MostRays() const { return best_.is_trial() && best_.Next() != 0 ? run_ : UINT32_MAX; }
+  /// How many rays at most are to go next: while both ways are tried the turns of each are to lie
+  /// all over a call. The first way may be the quicker the more rays it gets, and has longer ones.
+  uint32_t MostRays() const {
+    if (!best_.is_trial()) return UINT32_MAX;
+    return best_.Next() == 0 ? 8 * run_ : run_;
+  }
 
   /// Takes so many rays one way or the other.
   template <class First, class Second>

@@ -34,7 +34,7 @@ void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, s
                       &statistics);
   };
   if (GoTogether(scene, RecordLayout(view), first, count)) return trace(0, count, Walk::kGroups);
-  const Walk other = scene.has_callbacks ? Walk::kLists : WalkApart(scene);
+  const Walk other = WalkApart(scene);
   if (other == Walk::kLists) return trace(0, count, Walk::kLists);
   LearntWay& learnt = LearntAbout(scene.kept.get()).ApartInPiece(kQuery, count);
   for (size_t done = 0; done < count;) {

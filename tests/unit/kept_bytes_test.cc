@@ -102,7 +102,9 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsAllOfSmallMeshes) {
     Trace(*scene, rays);
     return scene->KeptBytesUsed();
   };
-  EXPECT_EQ(used(kDefaultBudget), used(kUnlimitedBudget));
+  // Not all nodes are reached in each scene: what lies behind a hit need not be visited, and which
+  // children rays visit first is learnt.
+  EXPECT_GE(100 * used(kDefaultBudget), 98 * used(kUnlimitedBudget));
   EXPECT_GT(used(kDefaultBudget), 32 * kTriangles);
   EXPECT_LE(used(32 * kTriangles), 32 * kTriangles);
 }
