@@ -23,8 +23,8 @@ namespace dacrt {
 /// Learns by the time of some calls, and asks no clock in the others.
 class LearntWay {
  public:
-  /// When both are tried, so many rays go one way before as many go the other.
-  /// In all each way gets `trial` rays of every `period`.
+  /// When both are tried, so many rays go one way before as many go the other; in all each way gets
+  /// `trial` rays of every `period`.
   explicit constexpr LearntWay(uint32_t run, uint32_t trial = 4096, uint32_t period = 1 << 19)
       : best_(trial, period, run), run_(run) {}
 

@@ -37,9 +37,9 @@ inline constexpr std::size_t kFewAbreast = 4;
 
 /// How many runs of how many rays of a call are looked at to see whether its rays run close
 /// together, and how far the directions of a run may differ, relative to the longest component, and
-/// its origins, relative to the scene. One run of so many that is narrow suffices: of shadow rays in
-/// five scenes half and more are, of ambient and diffuse ones none, whose directions differ by 0.9
-/// and more; and where lists turn out to be quicker after all, most rays go by lists (see
+/// its origins, relative to the scene. One run of so many that is narrow suffices: of shadow rays
+/// in five scenes half and more are, of ambient and diffuse ones none, whose directions differ by
+/// 0.9 and more; and where lists turn out to be quicker after all, most rays go by lists (see
 /// walk_choice.h).
 inline constexpr std::size_t kCoherenceLooks = 16;
 inline constexpr std::size_t kNeighbours = 16;

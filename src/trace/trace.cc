@@ -13,11 +13,11 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// How the rays of a short call go that have next to nothing in common, where nothing is called. On
-/// a processor with AVX2 only (Zen 3), calls of 64 rays by lists and as groups: ambient rays 476
-/// and 333 ns a ray in Sponza, 167 and 108 in the kitchen, diffuse ones 823 and 691, 422 and 331;
-/// of 256 rays ambient 372 and 342, 104 and 89. Of larger calls lists are quicker in some scenes,
-/// groups in others, so that is learnt. The robust test of a group goes ray by ray through records.
+/// How rays go that have next to nothing in common. On a processor with AVX2 only (Zen 3), calls of
+/// 64 rays by lists and as groups: ambient rays 476 and 333 ns a ray in Sponza, 167 and 108 in the
+/// kitchen, diffuse ones 823 and 691, 422 and 331; of 256 rays ambient 372 and 342, 104 and 89. Of
+/// larger calls lists are quicker in some scenes, groups in others, so that is learnt. The robust
+/// test of a group goes ray by ray through records.
 HWY_INLINE Walk WalkApart(const SceneParts& scene) {
   return HWY_TARGET == HWY_AVX2 && !scene.geometries.shapes().robust() ? Walk::kLargestGroups
                                                                        : Walk::kLists;
