@@ -85,7 +85,7 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
   const RecordLayout layout(view);
   const bool together = GoTogether(scene, layout, 0, view.count);
   const auto on_stack = [&](Walk walk) { TraceOnStack<kQuery>(scene, view, walk, options, pool); };
-  if (scene.has_callbacks) return on_stack(together ? Walk::kGroups : Walk::kLists);
+  if (scene.has_callbacks) return on_stack(together ? Walk::kGroups : WalkApart(scene));
   const auto abreast = [&] { on_stack(WalkApart(scene)); };
   // Looked up where it is wanted only: that costs a short call something.
   const auto learnt = [&]() -> Learnt::OfQuery& {
