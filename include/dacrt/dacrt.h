@@ -73,7 +73,7 @@ class DACRT_API Device {
   ///                            + 6 T + 4.5 million + 1.2 million min(D, T / 32,768)
   ///     where nothing is kept  32 T + 84.25 min(N, Settings::piece_rays) + 0.9 million
   /// The second line is needed only by the first calls, while large subsets are split. With a kept
-  /// partition it is at least what one thread needs for a piece of 1,024 rays, which is reserved
+  /// partition one of the threads has at least what a piece of 1,024 rays needs, which is reserved
   /// when a scene is made. Calls of up to 256 rays over a kept partition, packets and single rays
   /// need only the second line, and only while subsets are split; their stack is 80 KiB. The device
   /// keeps as many workspaces as threads worked at once, each as large as the largest piece that it

@@ -23,13 +23,17 @@ static_assert(kKeptPieceRays <= kMostPieceRays, "lists hold the numbers of a pie
 /// this part of all, the next ones the same part of what is left, so that pieces are large, for
 /// what lists gain from many rays, and threads end together all the same. Hummel, Schonberg, Flynn,
 /// "Factoring: a method for scheduling parallel loops", Communications of the ACM, 1992.
-constexpr double kPartOfRound = 0.8;
+constexpr double kPartOfRound = 0.5;
 
 /// But a thread gets no smaller piece than a sixteenth of its share of the whole, so that it is not
 /// busier with pieces than with rays; nor fewer rays than are worth waking it, some 10 us of work.
 constexpr std::size_t kLeastPartOfShare = 16;
 constexpr std::size_t kFewestShared = 32;
 constexpr std::size_t kMostAsLeast = 1024;
+
+/// Pieces of rays that run close together: so many for each thread, of so many rays. The rays of a
+/// picture that meet something for the first time cost the most, and lie side by side in it.
+constexpr std::size_t kEvenPieces = 16, kFewestInEven = 512, kMostInEven = 8192;
 
 /// Below this a piece is not worth its call, and there is nothing to gain: the constant part of the
 /// workspace is larger.
@@ -51,13 +55,19 @@ CallPlan::CallPlan(std::size_t rays, std::size_t threads, bool keeps, const Sett
 
 std::size_t CallPlan::NextPiece(std::size_t left) const {
   std::size_t count = std::min(left, piece_rays);
-  if (workers > 1) {
+  if (workers > 1 && !is_even_) {
     double round = static_cast<double>(rays_);  // left at its beginning
     while (static_cast<double>(left) <= (1 - kPartOfRound) * round) round *= 1 - kPartOfRound;
     const double share = std::ceil(kPartOfRound * round / static_cast<double>(workers));
     count = std::min(count, std::max(static_cast<std::size_t>(share), least_piece_));
   }
   return count;
+}
+
+void CallPlan::MakeEven() {
+  is_even_ = true;
+  piece_rays =
+      std::min(piece_rays, std::clamp(rays_ / (workers * kEvenPieces), kFewestInEven, kMostInEven));
 }
 
 bool CallPlan::Shrink() {

@@ -16,6 +16,10 @@ struct CallPlan {
   /// none.
   bool Shrink();
 
+  /// For rays that run close together, which gain nothing from large pieces: smaller ones of one
+  /// size, so that threads end together even where some rays cost many times what others do.
+  void MakeEven();
+
   /// The plan that every call can fall back to: one thread, and the smallest pieces.
   static CallPlan Least(bool keeps, const Settings& settings);
 
@@ -28,6 +32,7 @@ struct CallPlan {
  private:
   std::size_t rays_;
   bool can_shrink_;
+  bool is_even_ = false;
   std::size_t least_piece_ = 1;
 };
 

@@ -33,7 +33,11 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   constexpr std::size_t kPage = 4096;
   const std::size_t triangles = geometries.shares();
   const bool is_prepared = triangles <= policy::kPreparedScene;
-  std::size_t bytes = (is_prepared ? kPrepared : kUnlimited) * triangles + kLeast;
+  // What the few may have more stays where a scene grows beyond them.
+  const std::size_t few = std::min(triangles, policy::kRepeatingScene);
+  std::size_t bytes = kLeast;
+  bytes += is_prepared ? kPrepared * triangles
+                       : kUnlimited * triangles + (policy::kRepeatingBytes - kUnlimited) * few;
   if (settings.budget == kDefaultBudget) {
     const std::size_t share = kDefault * triangles / kPage * kPage;
     if (!is_prepared) bytes = std::max(share, std::min(bytes, kModest));
@@ -51,14 +55,17 @@ WorkspaceShape Device::Implementation::Shape(const CallPlan& plan, std::size_t t
                  : WorkspaceShape::ForPaper(triangles, plan.piece_rays, scene.is_plain, settings);
 }
 
-std::size_t Device::Implementation::FloorBytes(const SceneTraits& scene) const {
-  return Shape(CallPlan::Least(true, settings), 0, scene).Bytes();
+std::size_t Device::Implementation::PlanBytes(const CallPlan& plan, std::size_t triangles,
+                                              const SceneTraits& scene) const {
+  const std::size_t bytes = Shape(plan, triangles, scene).Bytes();
+  if (!Keeps()) return plan.workers * bytes;
+  const std::size_t floor = Shape(CallPlan::Least(true, settings), 0, scene).Bytes();
+  return std::max(bytes, floor) + (plan.workers - 1) * bytes;
 }
 
 std::size_t Device::Implementation::CallBytes(std::size_t triangles, std::size_t rays) const {
   const CallPlan plan(rays, tasks.threads(), Keeps(), settings);
-  const std::size_t bytes = plan.workers * Shape(plan, triangles, {}).Bytes();
-  return Keeps() ? std::max(bytes, FloorBytes({})) + GridBytes(triangles) : bytes;
+  return PlanBytes(plan, triangles, {}) + (Keeps() ? GridBytes(triangles) : 0);
 }
 
 std::size_t Device::Implementation::GridBytes(std::size_t triangles) const {

@@ -26,9 +26,11 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
   /// What splitting a scene of that many triangles takes besides the workspaces.
   std::size_t GridBytes(std::size_t triangles) const;
 
-  /// What a call needs on each thread, and what is reserved when a scene is made.
+  /// What a call needs on each thread, and on all of them, one of which gets what is reserved when
+  /// a scene is made.
   WorkspaceShape Shape(const CallPlan& plan, std::size_t triangles, const SceneTraits& scene) const;
-  std::size_t FloorBytes(const SceneTraits& scene) const;
+  std::size_t PlanBytes(const CallPlan& plan, std::size_t triangles,
+                        const SceneTraits& scene) const;
 
   /// See Device::WorkspaceBytes.
   std::size_t CallBytes(std::size_t triangles, std::size_t rays) const;

@@ -75,6 +75,10 @@ Statistics Scene::Implementation::Trace(Query query, const RayView& rays,
   }
   const Device::Implementation::RunningCall call(Engine());
   CallPlan plan = PlanFor(rays.count, call.threads());
+  if (plan.workers > 1 && rays.count >= policy::kEvenCall &&
+      Engine().kernels.trace.run_together(parts, rays)) {
+    plan.MakeEven();
+  }
   std::deque<WorkspacePool::Loan> workspaces;
   ReserveWorkspaces(plan, workspaces);
   Statistics statistics;
@@ -121,7 +125,7 @@ WorkspaceShape Scene::Implementation::Shape(const CallPlan& plan) const {
 
 std::size_t Scene::Implementation::CallBytes(std::size_t ray_count) const {
   const CallPlan plan = PlanFor(ray_count, Engine().tasks.threads());
-  const std::size_t bytes = Shape(plan).Bytes() * plan.workers;
+  const std::size_t bytes = Engine().PlanBytes(plan, parts.triangle_count, Traits());
   if (!parts.kept) return bytes;
   std::size_t largest = parts.triangle_count;
   const Shapes& shapes = parts.geometries.shapes();
@@ -129,7 +133,7 @@ std::size_t Scene::Implementation::CallBytes(std::size_t ray_count) const {
     const SceneParts* const scene = shapes.InstancedScene(i);
     if (scene) largest = std::max(largest, scene->triangle_count);
   }
-  return std::max(bytes, Engine().FloorBytes(Traits())) + Engine().GridBytes(largest);
+  return bytes + Engine().GridBytes(largest);
 }
 
 void Scene::Implementation::ReserveWorkspaces(CallPlan& plan,

@@ -163,8 +163,7 @@ class EnteredRayByRay {
 /// tests, each of them against all children.
 template <size_t kMost>
 struct EachEnters {
-  static constexpr size_t kFewRays =
-      HWY_TARGET == HWY_AVX2 ? policy::kFewOfGroupWithAvx2 : policy::kFewOfGroup;
+  static constexpr size_t kFewRays = kParts == 1 ? policy::kFewOfGroup : policy::kFewRays;
   static constexpr size_t kFewInLeaf = policy::kFewInLeaf;
 
   const TraceTask& task;

@@ -41,12 +41,17 @@ void Copy(KeptPartition& kept, WideNode& node, const BareLeaf& leaf, bool prepar
   alignas(LeafBlock) std::byte blocks[kMostLeafBytes];
   auto& block = *reinterpret_cast<LeafBlock*>(blocks);
   const GeometryTable& geometries = kept.geometries();
-  const bool repeats = prepared && geometries.shares() <= policy::kPreparedScene;
+  const std::size_t shares = geometries.shares();
+  const bool prepares = prepared && shares <= policy::kPreparedScene;
+  const bool repeats =
+      prepares || (shares > policy::kPreparedScene && shares <= policy::kRepeatingScene &&
+                   kept.BytesReserved() >= policy::kRepeatingBytes * shares);
   uint32_t place;
   const auto make = [&](SharedVertices shared) {
     MadeLeaf made = MakeLeaf(geometries, leaf.items, leaf.first, shared, blocks);
     // The robust test wants the corners themselves.
-    if (shared == SharedVertices::kRepeat && block.IsPlain() && !geometries.shapes().robust()) {
+    if (prepares && shared == SharedVertices::kRepeat && block.IsPlain() &&
+        !geometries.shapes().robust()) {
       block.is_prepared = true;
       made.bytes = block.Bytes();
       prepare(block, block.prepared());

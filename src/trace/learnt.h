@@ -18,7 +18,7 @@ struct Learnt {
     WalkChoice walk;  ///< of those that run close together
     /// Of those that have next to nothing in common: alone they live on what the processor has
     /// learnt about the way, too, which takes it long. With runs of 512 rays, calls of 64 ambient
-    /// ones went abreast in the kitchen, and took 1.2 times as long as alone.
+    /// ones went together in the kitchen, and took 1.2 times as long as alone.
     LearntWay apart{4096};
     /// Of the same in pieces of larger calls, by their size, see ApartInPiece. Of a large piece
     /// both ways get parts in turn.

@@ -1,14 +1,11 @@
 // Which of two ways rays go, where no rule knows which one is quicker.
 //
 // Rays of small calls that have next to nothing in common: alone, each takes the short way of a
-// single ray, and the processor guesses where it goes; some abreast, one is tested while another
-// waits for memory. Which is quicker depends on how much they wait and how well they can be
-// guessed: calls of 64 ambient rays took 1.36 times as long abreast in a scene of 7,088 triangles,
-// and 1.15 times as long alone in one of 871,000.
+// single ray, and the processor guesses where it goes; together, one is tested while another waits
+// for memory. Which is quicker depends on how much they wait and how well they can be guessed.
 //
-// Rays that run close together and look for any hit: as groups, or some abreast, which is quicker
-// where they come apart before they are blocked. Calls of 64 shadow rays took 1.29 times as long as
-// groups in that scene, and .97 times in a hall.
+// Rays that run close together and look for any hit: as groups that stay together, or as if they
+// had nothing in common, which is quicker where they come apart before they are blocked.
 //
 // What rays hit does not depend on it.
 #pragma once

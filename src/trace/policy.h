@@ -12,28 +12,18 @@ namespace dacrt::policy {
 /// 147, 151 and 154 ns a ray of a hall, 124, 126, 126 and 128 of Sponza.
 inline constexpr std::size_t kFewRays = 1;
 
-/// And of a group, where its rays run in any directions: on a processor with AVX2 only (Zen 3)
-/// none, so that a lone one stays with it. With 1 and 0, calls of 64 diffuse rays took 363 and 333
-/// ns a ray of the kitchen, 708 and 702 of Sponza, 550 and 508 of Sibenik, of 256 rays 327 and 297,
-/// 855 and 737, 518 and 435.
-inline constexpr std::size_t kFewOfGroup = kFewRays, kFewOfGroupWithAvx2 = 0;
+/// And of a group whose rays run in any directions, where each can be tested against all children
+/// at once: none, so that a lone one stays with it. On a processor with AVX2 only (Zen 3), with 1
+/// and 0, calls of 64 diffuse rays took 363 and 333 ns a ray of the kitchen, 708 and 702 of Sponza,
+/// 550 and 508 of Sibenik, of 256 rays 327 and 297, 855 and 737, 518 and 435; with AVX-512
+/// (Sapphire Rapids) they took the same.
+inline constexpr std::size_t kFewOfGroup = 0;
 
-/// And, where children can be sorted without branches, the rays of an octant in a call whose rays
-/// are spread over several, none with more than half of them: with 2, 8 and 20 calls of 64 diffuse
-/// rays took 683, 646, 599 ns a ray of Sponza, 464, 432, 388 of Sibenik, 379, 365, 386 of the
-/// kitchen. On a processor with AVX2 only (Zen 3) lists of a few rays are quicker: with 3, 8 and 24
-/// calls of 64 ambient rays took 436, 472, 471 ns a ray of Sponza, 205, 201, 232 of Sibenik, 188,
-/// 189, 206 of the kitchen, of 256 rays 279, 313, 366 of Sponza.
-inline constexpr std::size_t kFewOfSpread = 24, kFewOfSpreadWithAvx2 = 3;
-
-/// And the rays of a packet: of closest hits in a small scene, if they run in several octants; of
-/// any in a larger one, if they run in several octants, or, above so many, in three or more and
-/// children can be sorted without branches (with SSE4.2 that takes 10 to 20 % longer than groups).
-/// Packets of 16 diffuse rays took 732 ns a ray of Sponza as groups, 625 so.
-inline constexpr std::size_t kFewInSmallScene = 4, kFewApart = 8;
-
-/// Those of a packet from which on some may go side by side, in a larger scene (see learnt_way.h).
-inline constexpr std::size_t kFewAbreast = 4;
+/// Rays of a packet of closest hits in a small scene up to which they may go otherwise than as a
+/// group; and in a larger one, if they run in several octants, but where a vector holds the
+/// children of a node and no packet of 16; of any hits, where it holds one (see
+/// trace_packet-inl.h).
+inline constexpr std::size_t kFewInSmallScene = 4, kFewApart = 8, kFewOfAnyInVector = 4;
 
 /// How many runs of how many rays of a call are looked at to see whether its rays run close
 /// together, and how far the directions of a run may differ, relative to the longest component, and
@@ -105,13 +95,23 @@ inline constexpr std::size_t kRaysToSplitFor = 64;
 /// Rays of calls that go the short way, on the stack of the caller.
 inline constexpr std::size_t kShortCall = 256;
 
+/// Rays of calls on several threads that are asked whether they run close together, which takes a
+/// few microseconds, so that their pieces may be smaller (see CallPlan::MakeEven).
+inline constexpr std::size_t kEvenCall = 4096;
+
 /// Triangles of scenes of which rays of any kind go by groups: before they come apart, they have
 /// their hits.
 inline constexpr std::size_t kSmallScene = 512;
 
-/// Triangles of scenes whose leaves repeat the vertices that triangles share, and are prepared:
-/// there is memory enough, and to load all that is quicker than to look it up and compute it.
-inline constexpr std::size_t kPreparedScene = 4096;
+/// Triangles of scenes whose leaves repeat the vertices that triangles share, and of those whose
+/// leaves are prepared as well: there is memory enough, and to load all that is quicker than to
+/// look it up and compute it. In a Cornell box with water, of 7,088 triangles, single rays became
+/// 1.08 to 1.24 times as fast by repeated vertices, with AVX2; in a scan of 70,000 1.04 to 1.19
+/// times, and calls of 64K rays .91 to .97 times.
+inline constexpr std::size_t kRepeatingScene = 16384, kPreparedScene = 4096;
+
+/// Bytes a triangle of which those have room that repeat vertices and are not prepared.
+inline constexpr std::size_t kRepeatingBytes = 112;
 
 /// And of all such scenes of a device together: leaves of 140 bytes a triangle, in about the second
 /// level of a core's caches. Where all of a thousand scenes of 270 triangles had such leaves, a

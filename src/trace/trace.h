@@ -15,7 +15,9 @@ struct TraceKernels {
   void (*piece)(Query query, const SceneParts& scene, const RayView& rays, std::size_t first,
                 std::size_t count, const CallOptions& options, Workspace& workspace,
                 Statistics& statistics);
-  /// The same for at most policy::kShortCall rays on the stack. `pool` is asked for memory where a
+  /// Whether rays of the view, some of which are looked at, run close together.
+  bool (*run_together)(const SceneParts& scene, const RayView& rays);
+  /// As a piece, at most policy::kShortCall rays on the stack. `pool` is asked for memory where a
   /// subset has to be split.
   void (*short_call)(Query query, const SceneParts& scene, const RayView& rays,
                      const CallOptions& options, WorkspacePool& pool);

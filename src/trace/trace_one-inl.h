@@ -9,7 +9,6 @@
 #endif
 
 #include "trace/child_guesses.h"
-#include "trace/compress_table.h"
 #include "trace/enter_children-inl.h"
 #include "trace/give_leaves.h"
 #include "trace/policy.h"
@@ -27,7 +26,6 @@ namespace HWY_NAMESPACE {
 #else
 #define DACRT_SORTS_CHILDREN 0
 #endif
-constexpr bool kSortsChildren = DACRT_SORTS_CHILDREN;
 
 /// What a ray has still to look at, the nearest last.
 struct OpenChildren {
@@ -57,13 +55,11 @@ class OpenStack {
                                      : First(partition, node, entered);
   }
 
-  /// All of the children that are entered, the one to which a ray goes first on top. No branch asks
-  /// how many there are and which of them is nearest: that is hard to foresee.
-  template <Query kQuery>
+  /// All of the children that are entered, the nearest on top. No branch asks how many there are
+  /// and which of them is nearest: that is hard to foresee.
   HWY_INLINE void PushAll(const WideNode& node, uint32_t entered, const float* distances) {
 #if DACRT_SORTS_CHILDREN
-    const auto order =
-        kQuery == Query::kClosest ? PushSorted(entered, distances) : InFront(entered);
+    const auto order = PushSorted(entered, distances);
     // Other threads may change words meanwhile, each as a whole.
     const auto words = hn::LoadU(ChildTag(), node.child);
     hn::StoreU(hn::TableLookupLanes(words, hn::IndicesFromVec(ChildTag(), order)), ChildTag(),
@@ -71,10 +67,8 @@ class OpenStack {
     count_ += hwy::PopCount(entered);
 #else
     const size_t bottom = count_;
-    ForEachLane(entered, [&](size_t i) {
-      Push(kQuery == Query::kClosest ? distances[i] : 0, node.Child(i));
-    });
-    if constexpr (kQuery == Query::kClosest) Sort(bottom);
+    ForEachLane(entered, [&](size_t i) { Push(distances[i], node.Child(i)); });
+    Sort(bottom);
 #endif
   }
 
@@ -120,7 +114,7 @@ class OpenStack {
     PrefetchChild(partition, other);
     PrefetchChild(partition, child);
     ForEachLane(entered, [&](size_t i) { PrefetchChild(partition, node.Child(i)); });
-    PushAll<Query::kClosest>(node, all, distances);
+    PushAll(node, all, distances);
     return ChildWord(open_.word[--count_]);
   }
 
@@ -128,16 +122,9 @@ class OpenStack {
   using ChildTag = hn::RebindToUnsigned<EightTag>;
   using ChildLanes = hn::Vec<ChildTag>;
 
-  /// The numbers of the children that are entered in the first lanes.
-  static HWY_INLINE ChildLanes InFront(uint32_t entered) {
-    constexpr ChildTag d;
-    const hn::Rebind<uint16_t, EightTag> d16;
-    const auto* const bytes = reinterpret_cast<const uint16_t*>(kCompressTable.bytes[entered]);
-    return hn::And(hn::ShiftRight<1>(hn::PromoteTo(d, hn::Load(d16, bytes))), hn::Set(d, 7));
-  }
-
-  /// The same from the farthest to the nearest, and of equally near ones to the last; pushes their
-  /// distances. By a network: Batcher, "Sorting networks and their applications", AFIPS 1968.
+  /// The numbers of the children that are entered in the first lanes, from the farthest to the
+  /// nearest, and of equally near ones to the last; pushes their distances. By a network: Batcher,
+  /// "Sorting networks and their applications", AFIPS 1968.
   HWY_INLINE ChildLanes PushSorted(uint32_t entered, const float* distances) {
     const hn::RebindToSigned<EightTag> d;
     // Distances compare as their bits do, of which the lowest make room for what the number of the
@@ -295,18 +282,7 @@ class OneTracer {
     TraceEach(child, open, number, memory);
   }
 
-  /// A full stack, which no sound partition comes to: `child` and each open one on one of its own.
-  HWY_NOINLINE void TraceEach(ChildWord child, OpenChildren& open, RayNumber number,
-                              ListMemory memory) const {
-    OpenStack<>(open).Push(-1, child);
-    for (size_t i = open.count; i-- > 0;) {
-      if (kQuery == Query::kAny && task_.rays[number].tfar < 0) return;
-      if (kQuery == Query::kAny || open.distance[i] <= task_.rays[number].tfar) {
-        Trace(ChildWord(open.word[i]), number, memory);
-      }
-    }
-  }
-
+ private:
   /// What a walk of one of the rays asks.
   struct Host {
     using OpenCount = size_t&;
@@ -344,7 +320,18 @@ class OneTracer {
     const ListMemory memory;
   };
 
- private:
+  /// A full stack, which no sound partition comes to: `child` and each open one on one of its own.
+  HWY_NOINLINE void TraceEach(ChildWord child, OpenChildren& open, RayNumber number,
+                              ListMemory memory) const {
+    OpenStack<>(open).Push(-1, child);
+    for (size_t i = open.count; i-- > 0;) {
+      if (kQuery == Query::kAny && task_.rays[number].tfar < 0) return;
+      if (kQuery == Query::kAny || open.distance[i] <= task_.rays[number].tfar) {
+        Trace(ChildWord(open.word[i]), number, memory);
+      }
+    }
+  }
+
   const TraceTask& task_;
   const bool tests_plainly_;
 };

@@ -54,23 +54,30 @@ HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) 
 }
 
 /// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
-/// group: hardly ever where a group tests them one by one itself. On a processor with AVX2 only
-/// (Zen 3), packets of 16 by themselves or abreast, and as groups: ambient rays 201 and 128 ns a
-/// ray in the kitchen, 443 and 327 in Sponza, 196 and 141 in Sibenik, diffuse ones 482 and 373, 966
-/// and 845, 486 and 436; of 8 ambient 169 and 134, 400 and 353, 283 and 237.
+/// group, because there are few of them and they run in several octants. A group tests one ray
+/// against all children at once where eight fit a vector, and is seldom worse then. With AVX2 only
+/// (Zen 3), packets of 16 one by one and as groups: ambient rays 201 and 128 ns a ray in the
+/// kitchen, 443 and 327 in Sponza, 196 and 141 in Sibenik, diffuse ones 482 and 373, 966 and 845,
+/// 486 and 436. With AVX-512 (Sapphire Rapids), ambient and diffuse rays, of seven scenes in the
+/// mean: as groups, packets of 16 took .81 and .90 times as long as one by one, of 8 .96 and 1.07,
+/// of 4 1.10 and 1.16. With SSE4.2 (Zen 3), in three scenes, of 8 1.25 and 1.29, of 4 1.40
+/// and 1.43.
 template <Query kQuery>
 HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacketRays>& lanes,
                                LaneMask active) {
+  constexpr size_t kVector = hn::MaxLanes(hn::ScalableTag<float>());
+  constexpr size_t kFewInVector =
+      kQuery == Query::kClosest ? policy::kFewApart : policy::kFewOfAnyInVector;
+  constexpr size_t kFew = kVector >= kPacketRays ? kFewInVector
+                          : kParts == 1          ? policy::kFewRays
+                                                 : policy::kFewApart;
   const size_t count = hwy::PopCount(active);
   if (count <= policy::kFewRays) return true;
-  if (HWY_TARGET == HWY_AVX2) return false;
   // Of any hits in a small scene all are soon found.
-  if (scene.is_small && (kQuery == Query::kAny || count > policy::kFewInSmallScene)) return false;
-  if (!kSortsChildren && count > policy::kFewApart) return false;
+  if (count > kFew || (scene.is_small && kQuery == Query::kAny)) return false;
+  if (scene.is_small && count > policy::kFewInSmallScene) return false;
   uint32_t octant;
-  LaneMask others = active & ~lanes.LanesOfOctant(active, octant);
-  if (count > policy::kFewApart && others != 0) others &= ~lanes.LanesOfOctant(others, octant);
-  return others != 0;
+  return (active & ~lanes.LanesOfOctant(active, octant)) != 0;
 }
 
 /// What has come of the ray of a lane; `hit()` says where it is, if there is a closest one.
@@ -96,42 +103,6 @@ HWY_NOINLINE void TraceOneByOne(const SceneParts& scene, const RayPacket& packet
     LoneCall call(packet, options, pool, !scene.geometries.AllAccept(ray.mask));
     TraceLone<kQuery>(call, scene, packet.instance_value, ray);
     WriteAnswer<kQuery>(packet, lane, ray, [&] { return call.hit.Get(); });
-  });
-}
-
-/// Rays that have next to nothing in common, some side by side; apart, so that the way of groups
-/// stays short.
-template <Query kQuery>
-HWY_NOINLINE void TraceAbreast(const SceneParts& scene, const RayPacket& packet,
-                               const CallOptions& options, WorkspacePool& pool,
-                               const GroupLanes<kPacketRays>& lanes, LaneMask active) {
-  StackMemory<kPacketRays> memory;
-  const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};
-  SplitMemory split_memory(pool);
-  const TraceTask task{scene,
-                       scene.partition(),
-                       memory.rays,
-                       memory.hits,
-                       !scene.geometries.AllAccept(lanes.CommonMask(active)),
-                       /*keeps_leaf_hits=*/true,
-                       frame,
-                       split_memory,
-                       memory.ForInstances(),
-                       nullptr,
-                       FinishHit,
-                       packet.instance_value};
-  RayNumber list[kPacketRays];
-  size_t count = 0;
-  ForEachLane(active, [&](size_t lane) {
-    lanes.Store(lane, memory.rays[lane]);
-    list[count++] = static_cast<RayNumber>(lane);
-  });
-  FewTracer<kQuery>(task).Trace(scene.kept->root(), list, count, memory.Lists());
-  ForEachLane(active, [&](size_t lane) {
-    WriteAnswer<kQuery>(packet, lane, memory.rays[lane], [&] {
-      uint32_t geometry;
-      return task.HitOf(static_cast<RayNumber>(lane), geometry);
-    });
   });
 }
 
@@ -170,7 +141,7 @@ HWY_NOINLINE bool TraceHandful(const SceneParts& scene, const RayPacket& packet)
   return true;
 }
 
-/// The lanes of a packet, as one group, one by one, or some abreast.
+/// The lanes of a packet, as a handful, one by one, or as one group.
 template <Query kQuery>
 void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOptions& options,
                 WorkspacePool& pool) {
@@ -189,18 +160,11 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
   const LaneMask active = lanes.LoadPacket(packet);
   if (active == 0) return;
   if (!scene.has_callbacks && AreBetterAlone<kQuery>(scene, lanes, active)) {
-    const size_t count = hwy::PopCount(active);
-    const auto one_by_one = [&] {
-      TraceOneByOne<kQuery>(scene, packet, options, pool, active,
-                            [&](size_t lane, RayRecord& ray) HWY_ATTR {
-                              lanes.Store(lane, ray);
-                              return true;
-                            });
-    };
-    if (scene.is_small || count < policy::kFewAbreast) return one_by_one();
-    LearntWay& learnt = LearntAbout(scene.kept.get()).Of(kQuery).apart;
-    return learnt.Trace(static_cast<uint32_t>(count), one_by_one,
-                        [&] { TraceAbreast<kQuery>(scene, packet, options, pool, lanes, active); });
+    return TraceOneByOne<kQuery>(scene, packet, options, pool, active,
+                                 [&](size_t lane, RayRecord& ray) HWY_ATTR {
+                                   lanes.Store(lane, ray);
+                                   return true;
+                                 });
   }
   StackMemory<kPacketRays> memory;
   const CallFrame frame{nullptr, &packet, 0, options, packet.instance_value};

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "rays/load_records-inl.h"
-#include "trace/trace_few-inl.h"
 #include "trace/trace_group-inl.h"
 #include "trace/trace_list-inl.h"
 
@@ -35,33 +34,13 @@ void TraceOctant(const TraceTask& task, ChildWord root, uint32_t octant, size_t 
   ListTracer<kQuery>(task, octant).Trace(root, list, count, memory);
 }
 
-/// Rays of an octant up to which they go side by side with those of others.
-inline size_t FewInOctant(const LoadedRays& rays) {
-  if constexpr (!kSortsChildren) return policy::kFewRays;
-  size_t most = 0;
-  for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
-    most = HWY_MAX(most, rays.end[octant] - rays.begin[octant]);
-  }
-  constexpr size_t kFewOfSpread =
-      HWY_TARGET == HWY_AVX2 ? policy::kFewOfSpreadWithAvx2 : policy::kFewOfSpread;
-  return 2 * most <= rays.count ? kFewOfSpread : policy::kFewRays;
-}
-
 template <Query kQuery>
 void TraceLoaded(const TraceTask& task, const LoadedRays& rays, ListMemory memory) {
   const ChildWord root = task.scene.kept->root();
-  const size_t few_in_octant = FewInOctant(rays);
-  RayNumber few[LoadedRays::kOctants * policy::kFewOfSpread];
-  size_t few_count = 0;
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
     const size_t begin = rays.begin[octant], end = rays.end[octant];
-    if (end - begin > few_in_octant) {
-      TraceOctant<kQuery>(task, root, octant, begin, end, memory);
-    } else {
-      for (size_t i = begin; i < end; ++i) few[few_count++] = static_cast<RayNumber>(i);
-    }
+    if (end > begin) TraceOctant<kQuery>(task, root, octant, begin, end, memory);
   }
-  FewTracer<kQuery>(task).Trace(root, few, few_count, memory);
 }
 
 /// Rays 0 to count - 1 of a task, in no order, from `root` on.

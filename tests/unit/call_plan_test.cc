@@ -103,6 +103,28 @@ TEST(CallPlanTest, ThreadsShareTheRays) {
   EXPECT_EQ(CallPlan(1u << 30, 1, true, Settings()).workers, 1u);
 }
 
+// Rays that run close together: many pieces of one size for each thread, none of them tiny.
+TEST(CallPlanTest, EvenPiecesAreOfOneSize) {
+  for (const std::size_t rays : {4096u, 65536u, 1000000u, 1u << 30}) {
+    for (const std::size_t threads : {2u, 3u, 16u}) {
+      CallPlan plan(rays, threads, true, Settings());
+      const std::size_t before = plan.piece_rays;
+      plan.MakeEven();
+      EXPECT_LE(plan.piece_rays, before);
+      EXPECT_LE(plan.piece_rays, 8192u);
+      EXPECT_GE(plan.piece_rays, std::min<std::size_t>(before, 512));
+      EXPECT_EQ(plan.NextPiece(rays), plan.piece_rays);
+      EXPECT_EQ(plan.NextPiece(plan.piece_rays), plan.piece_rays);
+      EXPECT_EQ(plan.NextPiece(7), 7u);
+      EXPECT_GE(CountPieces(plan, rays), rays < 65536 ? 4u : 8 * threads);
+    }
+  }
+  // The pieces of a call that the settings cut small stay small.
+  CallPlan small(1000000, 2, true, WithPieces(64));
+  small.MakeEven();
+  EXPECT_EQ(small.piece_rays, 64u);
+}
+
 // Each next plan takes less, and there is a last one: a small piece on one thread.
 TEST(CallPlanTest, ShrinkingTakesLessEachTimeAndEnds) {
   for (const std::size_t rays : kRayCounts) {

@@ -83,6 +83,21 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
   }
 }
 
+// To load vertices as they lie is quicker than to look them up: some memory more for few triangles,
+// unless the program's budget is less.
+TEST(KeptBytesTest, LeavesOfFewTrianglesRepeatVerticesWhereThereIsRoom) {
+  constexpr std::size_t kFew = 88, kMore = 92;  // 15,488 and 16,928 triangles
+  const auto bytes_a_triangle = [](std::size_t side, uint64_t budget) {
+    Model sheet;
+    const auto scene = MakeScene({MakeSheet(Shape::kTriangles, side, 1, sheet)}, budget, false, 1);
+    Trace(*scene, RaysDown(2 * side, 0.5f));
+    return static_cast<double>(scene->KeptBytesUsed()) / static_cast<double>(2 * side * side);
+  };
+  const double sharing = bytes_a_triangle(kMore, kDefaultBudget);
+  EXPECT_GT(bytes_a_triangle(kFew, kDefaultBudget), 1.3 * sharing);
+  EXPECT_LT(bytes_a_triangle(kFew, 60 * 2 * kFew * kFew), 1.1 * sharing);
+}
+
 // A mesh of a few thousand triangles is no burden, even if they share no vertices.
 TEST(KeptBytesTest, TheDefaultBudgetHoldsAllOfSmallMeshes) {
   constexpr std::size_t kSide = 100, kTriangles = 2 * kSide * kSide;

@@ -364,7 +364,8 @@ TEST_P(KeptTraceTest, BudgetsAreKept) {
     Keep keep;
     std::size_t most;
   };
-  const Case cases[] = {{kDefaultBudget, Keep::kByBudget, 64 * kTriangles + 64 * 1024},
+  const std::size_t by_default = 64 * kTriangles + 48 * 16384 + 64 * 1024;
+  const Case cases[] = {{kDefaultBudget, Keep::kByBudget, by_default},
                         {kDefaultBudget, Keep::kLittle, 8 * kTriangles},
                         {kUnlimitedBudget, Keep::kLittle, 8 * kTriangles},
                         {500000, Keep::kByBudget, 500000},

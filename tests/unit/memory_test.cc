@@ -200,6 +200,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget, 2},
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, kDefaultBudget, 8},
         Case{Algorithm::kNabata2013, Query::kAny, 100000, 3000, kOnePiece, kUnlimitedBudget, 8},
+        // Pieces for which less would do than what is reserved when a scene is made.
+        Case{Algorithm::kNabata2013, Query::kAny, 100000, 600, kOnePiece, kDefaultBudget, 2},
         Case{Algorithm::kNabata2013, Query::kClosest, 100000, 200000, kOnePiece, 0, 8}),
     [](const auto& info) {
       const Case& c = info.param;

@@ -53,7 +53,7 @@ void AllArePushedFromTheNearestOn() {
       OpenChildren open;
       const size_t bottom = random.Below(OpenChildren::kMost - WideNode::kWidth + 1);
       for (size_t i = 0; i < bottom; ++i) OpenStack<>(open).Push(50, ChildWord::Block(7));
-      OpenStack<>(open).PushAll<Query::kClosest>(node, entered, distances);
+      OpenStack<>(open).PushAll(node, entered, distances);
       ASSERT_EQ(open.count, bottom + static_cast<size_t>(std::popcount(entered)));
       for (size_t i = 0; i < bottom; ++i) {
         ASSERT_EQ(ChildWord(open.word[i]).block(), 7u);
@@ -76,22 +76,6 @@ void AllArePushedFromTheNearestOn() {
       }
       ASSERT_EQ(seen, entered);
     }
-  }
-}
-
-void AllArePushedFromTheLastOn() {
-  const WideNode node = NodeOfEight();
-  for (uint32_t entered = 0; entered <= UINT8_MAX; ++entered) {
-    OpenChildren open;
-    OpenStack<>(open).Push(0, ChildWord::Block(7));
-    HWY_ALIGN const float distances[WideNode::kWidth] = {};
-    OpenStack<>(open).PushAll<Query::kAny>(node, entered, distances);
-    std::vector<size_t> expected;
-    for (size_t i = WideNode::kWidth; i-- > 0;) {
-      if (entered >> i & 1) expected.push_back(i);
-    }
-    ASSERT_EQ(FromTheTop(open, 1), expected);
-    ASSERT_EQ(ChildWord(open.word[0]).block(), 7u);
   }
 }
 
@@ -153,7 +137,7 @@ void TheNextOneIsWithinTheRay() {
   const WideNode node = NodeOfEight();
   HWY_ALIGN const float distances[WideNode::kWidth] = {4, 1, 8, 3, 7, 2, 6, 5};
   OpenChildren open;
-  OpenStack<>(open).PushAll<Query::kClosest>(node, 0xFF, distances);
+  OpenStack<>(open).PushAll(node, 0xFF, distances);
   EXPECT_EQ(TakeWithin<size_t>(4.5f, 1, open), (std::vector<size_t>{1}));
   EXPECT_EQ(open.count, 7u);
   EXPECT_EQ(TakeWithin<size_t&>(4.5f, 2, open), (std::vector<size_t>{5, 3}));
@@ -172,7 +156,6 @@ namespace dacrt {
 
 HWY_BEFORE_TEST(OpenChildrenTest);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, AllArePushedFromTheNearestOn);
-HWY_EXPORT_AND_TEST_P(OpenChildrenTest, AllArePushedFromTheLastOn);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheNearestIsTaken);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheFirstIsTakenOfAnyHit);
 HWY_EXPORT_AND_TEST_P(OpenChildrenTest, TheNextOneIsWithinTheRay);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -52,15 +51,11 @@ RayRecord RecordOf(const Float3& org, const Float3& dir) {
   return ray;
 }
 
-/// Who takes rays through a partition.
-enum class By { kLists, kFew };
-
 /// How rays go through a partition.
 struct Way {
   size_t list_bytes = 0;  ///< 0: each ray goes its own way
   bool keeps_leaf_hits = true;
   bool has_scratch = true;  ///< to split in
-  By by = By::kLists;
 };
 
 /// Lets rays through a partition.
@@ -89,13 +84,7 @@ class Tracer {
     // The memory of lists ends at a page that may not be touched.
     const unit::GuardedArray<std::byte> bytes(way.list_bytes, 64);
     const ListMemory memory{bytes.begin(), bytes.end()};
-    std::vector<RayNumber> list(count);
-    std::iota(list.begin(), list.end(), RayNumber{0});
-    if (way.by == By::kFew) {
-      FewTracer<kQuery>(task).Trace(root_, list.data(), count, memory);
-    } else {
-      TraceRaysFrom<kQuery>(task, root_, count, memory);
-    }
+    TraceRaysFrom<kQuery>(task, root_, count, memory);
     std::vector<Answer> answers;
     for (size_t i = 0; i < count; ++i) {
       if (kQuery == Query::kAny) {
@@ -232,17 +221,6 @@ void DeeperThanAnyStack() {
         ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any) << bytes << " bytes";
       }
     }
-    // Some side by side, as many as there are, and more and less than go abreast.
-    for (const size_t count : {2, 3, 4, 5, 9, 60}) {
-      const std::vector<RayRecord> some(rays.begin(), rays.begin() + count);
-      const Way way{0, true, true, By::kFew};
-      const auto closest = tracer.Trace<Query::kClosest>(some, way);
-      const auto any = tracer.Trace<Query::kAny>(some, way);
-      for (size_t i = 0; i < count; ++i) {
-        ASSERT_EQ(closest[i], expected[i]) << "ray " << i << " of " << count;
-        ASSERT_EQ(any[i], expected_any[i]) << "ray " << i << " of " << count;
-      }
-    }
     // Alone, which is how single rays come.
     for (size_t i = 0; i < rays.size(); ++i) {
       ASSERT_EQ(tracer.Trace<Query::kClosest>({rays[i]}, {0, true})[0], expected[i]) << "ray " << i;
@@ -312,11 +290,9 @@ void EveryBudgetAndEveryMemory() {
           // Twice: through what the first call has left.
           for (int call = 0; call < 2; ++call) {
             Tracer tracer(*soup.scene, soup.scene->partition(), soup.scene->kept->root());
-            for (const By by : {By::kLists, By::kFew}) {
-              const Way way{bytes, keeps, has_scratch, by};
-              ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
-              ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);
-            }
+            const Way way{bytes, keeps, has_scratch};
+            ASSERT_EQ(tracer.Trace<Query::kClosest>(rays, way), expected);
+            ASSERT_EQ(tracer.Trace<Query::kAny>(rays, way), expected_any);
           }
         }
       }
