@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <thread>
 
 #include "dacrt/dacrt.h"
 #include "partition/kept_partition.h"
