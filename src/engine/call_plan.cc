@@ -31,9 +31,10 @@ constexpr std::size_t kLeastPartOfShare = 16;
 constexpr std::size_t kFewestShared = 32;
 constexpr std::size_t kMostAsLeast = 1024;
 
-/// Pieces of rays that run close together: so many for each thread, of so many rays. The rays of a
-/// picture that meet something for the first time cost the most, and lie side by side in it.
-constexpr std::size_t kEvenPieces = 16, kFewestInEven = 512, kMostInEven = 8192;
+/// Pieces of rays that run close together: so many for each thread, of no more than so many rays.
+/// The rays of a picture that meet something for the first time cost the most, and lie side by side
+/// in it.
+constexpr std::size_t kEvenPieces = 16, kMostInEven = 8192;
 
 /// Below this a piece is not worth its call, and there is nothing to gain: the constant part of the
 /// workspace is larger.
@@ -64,10 +65,11 @@ std::size_t CallPlan::NextPiece(std::size_t left) const {
   return count;
 }
 
-void CallPlan::MakeEven() {
+void CallPlan::MakeEven(std::size_t fewest) {
+  const std::size_t even = std::clamp(rays_ / (workers * kEvenPieces), fewest, kMostInEven);
+  if (even >= piece_rays) return;
   is_even_ = true;
-  piece_rays =
-      std::min(piece_rays, std::clamp(rays_ / (workers * kEvenPieces), kFewestInEven, kMostInEven));
+  piece_rays = even;
 }
 
 bool CallPlan::Shrink() {

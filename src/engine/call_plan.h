@@ -17,8 +17,9 @@ struct CallPlan {
   bool Shrink();
 
   /// For rays that run close together, which gain nothing from large pieces: smaller ones of one
-  /// size, so that threads end together even where some rays cost many times what others do.
-  void MakeEven();
+  /// size, of so many rays and more, so that threads end together even where some rays cost many
+  /// times what others do. Nothing changes where pieces are as small.
+  void MakeEven(std::size_t fewest);
 
   /// The plan that every call can fall back to: one thread, and the smallest pieces.
   static CallPlan Least(bool keeps, const Settings& settings);

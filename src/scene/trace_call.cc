@@ -77,7 +77,7 @@ Statistics Scene::Implementation::Trace(Query query, const RayView& rays,
   CallPlan plan = PlanFor(rays.count, call.threads());
   if (plan.workers > 1 && rays.count >= policy::kEvenCall &&
       Engine().kernels.trace.run_together(parts, rays)) {
-    plan.MakeEven();
+    plan.MakeEven(query == Query::kAny ? policy::kMostByLists : policy::kFewestByLists);
   }
   std::deque<WorkspacePool::Loan> workspaces;
   ReserveWorkspaces(plan, workspaces);
