@@ -59,21 +59,10 @@ inline ListedTriangles ListIntoCells(const GeometryTable& geometries, const Grid
                            HWY_ATTR { sorter.Add(number, number, lower, upper); });
 }
 
-/// About where the centres of all triangles lie: of some of them, at an odd step, since of quads
-/// that were cut in two an even one sees the same half each time. Where others are at the rim rays
-/// take another way, Sponza's most of all: with a step of 8, instead of this or every triangle, a
-/// primary ray of two cameras visited 15.4 and 15.8 nodes instead of 14.0 and 13.1, an ambient one
-/// 12.3 and 10.1 instead of 11.4 and 9.2; Sibenik's, the kitchen's and the dragon's as many.
+/// About where the centres of all triangles lie.
 inline Box SampleCenters(const GeometryTable& geometries) {
-  constexpr size_t kStep = 7;
-  CornerBounds centers;
-  TriangleFinder triangles(geometries);
-  for (size_t i = 0; i < geometries.triangle_count(); i += kStep) {
-    CornerBox box;
-    if (!triangles.BoundIfUsable(static_cast<uint32_t>(i), box)) continue;
-    centers.Extend(TwiceCenter(box.lower, box.upper));
-  }
-  return centers.Get();
+  return SampleCenters(geometries, geometries.triangle_count(),
+                       [](size_t i) { return static_cast<uint32_t>(i); });
 }
 
 inline constexpr FirstLook kFirstLook{

@@ -17,6 +17,25 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+/// About where the centres of `count` triangles lie, of which number_of(i) is the number: of some
+/// of them, at an odd step, since of quads that were cut in two an even one sees the same half each
+/// time. Where others are at the rim rays take another way, Sponza's most of all: with a step of 8
+/// over the whole scene, instead of this or every triangle, a primary ray of two cameras visited
+/// 15.4 and 15.8 nodes instead of 14.0 and 13.1, an ambient one 12.3 and 10.1 instead of 11.4 and
+/// 9.2; Sibenik's, the kitchen's and the dragon's as many.
+template <class NumberOf>
+inline Box SampleCenters(const GeometryTable& geometries, size_t count, const NumberOf& number_of) {
+  constexpr size_t kStep = 7;
+  CornerBounds centers;
+  TriangleFinder triangles(geometries);
+  for (size_t i = 0; i < count; i += kStep) {
+    CornerBox box;
+    if (!triangles.BoundIfUsable(number_of(i), box)) continue;
+    centers.Extend(TwiceCenter(box.lower, box.upper));
+  }
+  return centers.Get();
+}
+
 /// Sorts the triangles of a part, one after the other.
 class CellSorter {
  public:

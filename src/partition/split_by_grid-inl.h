@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "partition/grid.h"
+#include "partition/read_ahead-inl.h"
 #include "partition/sort_into_cells-inl.h"
 #include "partition/split_in_place-inl.h"
 #include "partition/split_subset-inl.h"
@@ -103,11 +104,11 @@ inline void SortIntoCells(const GeometryTable& geometries, std::span<const uint3
                           const Box& centers, const Grid& grid, const ForEachPart& for_each_part) {
   for_each_part([&](const Grid::Part& part) HWY_ATTR {
     CellSorter sorter(grid, part.number, centers);
-    TriangleFinder finder(geometries);
-    for (size_t i = part.begin; i < part.end; ++i) {
-      const auto [lower, upper] = finder.BoundUsable(triangles[i]);
-      sorter.Add(i, triangles[i], lower, upper);
-    }
+    const auto add = [&](size_t i, GeometryTable::Name name, const CornerSource& source) HWY_ATTR {
+      const auto [lower, upper] = BoundUsable(geometries, source, name);
+      sorter.Add(part.begin + i, triangles[part.begin + i], lower, upper);
+    };
+    ForEachReadAhead(geometries, triangles.subspan(part.begin, part.end - part.begin), add);
   });
 }
 
@@ -120,15 +121,19 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
   std::optional<Grid> sorted = is_all ? kept.TakeSorted() : std::nullopt;
   const bool is_sorted = sorted.has_value();
   const size_t parts = tasks ? Grid::PartsFor(subset.count, tasks->threads()) : 1;
-  Grid grid = is_sorted ? *std::move(sorted) : Grid(subset.count, parts, kept.account());
+  const bool fits = Grid::Bytes(subset.count, parts) <= sizeof(scratch.grid);
+  Grid grid = is_sorted ? *std::move(sorted)
+              : fits    ? Grid(subset.count, parts, scratch.grid)
+                        : Grid(subset.count, parts, kept.account());
   const auto for_each_part = [&](const auto& body) {
     const auto call = [&](size_t i) { body(grid.PartOf(i)); };
     if (tasks && grid.parts > 1) return tasks->ForEach(grid.parts, call);
     for (size_t i = 0; i < grid.parts; ++i) call(i);
   };
   if (!is_sorted) {
-    const Box centers =
-        is_all ? kept.centers() : BoundNumbers(kept.geometries(), triangles).centers;
+    const Box centers = is_all ? kept.centers()
+                               : SampleCenters(kept.geometries(), triangles.size(),
+                                               [&](size_t i) { return triangles[i]; });
     SortIntoCells(kept.geometries(), triangles, centers, grid, for_each_part);
   }
   const size_t cells = JoinCells(grid);

@@ -75,13 +75,20 @@ struct SubsetScratch {
     uint32_t words[kTriangles];     ///< bits of leaves' ChildWords, see buy_nodes-inl.h
   };
   union {
-    BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
     struct {
-      PackedRange packed[2 * kTriangles];  ///< of all rows, see pack_along_curve-inl.h
-      uint8_t sizes[kTriangles];
+      union {
+        BinaryRange ranges[2 * kTriangles];  ///< as many as there can be
+        struct {
+          PackedRange packed[2 * kTriangles];  ///< of all rows, see pack_along_curve-inl.h
+          uint8_t sizes[kTriangles];
+        };
+      };
+      ExactNode nodes[kNodes];
     };
+    /// Of a subset that is not much too large to be split in one go (see split_by_grid-inl.h).
+    alignas(ExactNode)
+        std::byte grid[2 * kTriangles * sizeof(BinaryRange) + kNodes * sizeof(ExactNode)];
   };
-  ExactNode nodes[kNodes];
   uint32_t order[kTriangles];
   bool is_last[kTriangles];  ///< of its leaf
 };

@@ -16,6 +16,7 @@
 #include <numeric>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "kept_walk-inl.h"
@@ -72,6 +73,45 @@ void ASampleMayMissMost() {
       walker.Walk(true);
       EXPECT_LT(walker.deepest, 20u);
     }
+  }
+}
+
+// The same where many triangles stand in one cell of the first grid, and are sorted into another.
+void ASampleOfACellMayMissMost() {
+  Random random(21);
+  for (const size_t count : {12000u, 40000u}) {
+    for (const float far : {0.0f, 3.0f, 30.0f}) {
+      SCOPED_TRACE(testing::Message() << count << " " << far);
+      Mesh mesh = unit::MakeSoup(random, count, 1, 0.01f);
+      for (size_t i = 0; i < mesh.vertices.size(); ++i) {
+        if (i / 3 % 7 != 0) mesh.vertices[i][1] += far;
+      }
+      for (const float end : {-1e4f, 1e4f}) mesh.Add({end, end, end}, {end, 0, end}, {0, end, end});
+      Kept kept({mesh}, kPlenty);
+      Walker walker(kept);
+      walker.Walk(true);
+      EXPECT_LT(walker.deepest, 20u);
+      EXPECT_GT(walker.subsets, count / SubsetScratch::kTriangles);
+    }
+  }
+}
+
+// A grid takes memory of its own only if it does not fit that in which small subsets are split.
+void SmallGridsTakeNoMemory() {
+  Random random(22);
+  for (const auto& [triangles, takes_memory] : {std::pair{9000u, false}, {50000u, true}}) {
+    SCOPED_TRACE(triangles);
+    size_t requests = 0;
+    const MemoryAccount account{[&](std::ptrdiff_t bytes) {
+      requests += bytes > 0;
+      return true;
+    }};
+    Kept kept({unit::MakeSoup(random, triangles, 1, 0.05f)}, kPlenty, &account);
+    ASSERT_TRUE(kept.partition.TakeSorted());
+    requests = 0;
+    ASSERT_TRUE(Subset::IsNode(kept.Root(0)));
+    EXPECT_EQ(requests > 0, takes_memory);
+    Walker(kept).Walk(true);
   }
 }
 
@@ -278,6 +318,8 @@ namespace dacrt {
 HWY_BEFORE_TEST(SplitByGridTest);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, ThreadsTogetherSplitAsOneDoes);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, ASampleMayMissMost);
+HWY_EXPORT_AND_TEST_P(SplitByGridTest, ASampleOfACellMayMissMost);
+HWY_EXPORT_AND_TEST_P(SplitByGridTest, SmallGridsTakeNoMemory);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, OnlySomeAreSortedWhileListed);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, WhoWouldWaitSplitsANeighbour);
 HWY_EXPORT_AND_TEST_P(SplitByGridTest, ThreadsAgree);
