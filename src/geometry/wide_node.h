@@ -9,6 +9,7 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -79,7 +80,7 @@ struct alignas(64) WideNode {
   uint32_t lock;           ///< of the leaves; see TryLockLeaves
   uint8_t count;           ///< children
   uint8_t bare;            ///< a bit a child; see BareLeaves
-  uint8_t stale;           ///< the same; see StaleLeaves
+  uint8_t marks;           ///< the same; see StaleLeaves and UnvisitedLeaves
   bool is_exact;           ///< faces are stored as they are, see ExactFaces
   float origin[3];         ///< of a node that is not exact, as what follows
   float scale[3];          ///< the size of a step, a number of eight bits
@@ -115,8 +116,18 @@ struct alignas(64) WideNode {
   }
   /// Of these, those whose copy is wrong: it must not be read before it is renewed.
   uint32_t StaleLeaves(uint32_t children) const {
-    return children & std::atomic_ref(const_cast<uint8_t&>(stale)).load(kAcquire);
+    return MarkedLeaves(children, [](ChildWord leaf) { return leaf.IsBlock(); });
   }
+  /// Of these, those without a copy that are to have none before rays come a second time.
+  uint32_t UnvisitedLeaves(uint32_t children) const {
+    return MarkedLeaves(children, [](ChildWord leaf) { return leaf.IsRange(); });
+  }
+  /// Says that rays have come to them.
+  void SetLeavesVisited(uint32_t children) {
+    std::atomic_ref(marks).fetch_and(static_cast<uint8_t>(~children), kRelease);
+  }
+  /// Says that no rays have come to any. Nobody may trace meanwhile.
+  void SetLeavesUnvisited() { marks = bare; }
   /// True for the one thread that may give leaves their geometry, until it calls UnlockLeaves.
   bool TryLockLeaves() { return std::atomic_ref(lock).exchange(1, std::memory_order_acquire) == 0; }
   void UnlockLeaves() {
@@ -129,7 +140,7 @@ struct alignas(64) WideNode {
   /// Says that children have their geometry, or will never have it.
   void SetLeavesDone(uint32_t children = UINT8_MAX) {
     const auto others = static_cast<uint8_t>(~children);
-    std::atomic_ref(stale).fetch_and(others, kRelease);
+    std::atomic_ref(marks).fetch_and(others, kRelease);
     std::atomic_ref(bare).fetch_and(others, kRelease);
   }
   /// Says that leaves without a copy may get one.
@@ -144,12 +155,23 @@ struct alignas(64) WideNode {
   void SetLeafStale(std::size_t i) {
     DACRT_ASSERT(ChildWord(child[i]).IsBlock());
     bare |= static_cast<uint8_t>(1u << i);
-    stale |= static_cast<uint8_t>(1u << i);
+    marks |= static_cast<uint8_t>(1u << i);
   }
 
   uint32_t UsedChildren() const { return (1u << count) - 1; }
 
  private:
+  template <class Is>
+  uint32_t MarkedLeaves(uint32_t children, const Is& is) const {
+    const uint32_t marked = children & std::atomic_ref(const_cast<uint8_t&>(marks)).load(kAcquire);
+    uint32_t leaves = 0;
+    for (uint32_t left = marked; left != 0; left &= left - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(left));
+      leaves |= static_cast<uint32_t>(is(Child(i))) << i;
+    }
+    return leaves;
+  }
+
   static constexpr std::size_t kFaces = 64;
   static constexpr auto kAcquire = std::memory_order_acquire;
   static constexpr auto kRelease = std::memory_order_release;

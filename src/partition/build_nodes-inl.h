@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 inline void SetChildren(const ChildWord* words, size_t count, WideNode& node) {
   node.lock = 0;
   node.bare = 0;
-  node.stale = 0;
+  node.marks = 0;
   for (size_t i = 0; i < WideNode::kWidth; ++i) {
     const ChildWord word = i < count ? words[i] : ChildWord();
     node.child[i] = word.bits();

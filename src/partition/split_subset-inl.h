@@ -148,7 +148,7 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
   const bool is_rented =
       rule == SplitRule::kRent && count > 1 && HasCurve(subset.count, kept.leaf_lanes());
   if (is_rented) {
-    for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesDone();
+    for (size_t i = 0; i < count; ++i) scratch.nodes[i].SetLeavesUnvisited();
   }
   uint32_t no_subset;
   const auto nodes = KeepNodes(kept, {scratch.nodes, count}, 0, no_subset, old);

@@ -92,6 +92,12 @@ std::span<BareLeaf> FindBareLeaves(KeptPartition& kept, const WideNode& node, ui
 
 void GiveLeavesGeometry(const TraceTask& task, WideNode& node, uint32_t entered,
                         PrepareFunction prepare) {
+  const uint32_t unvisited = node.UnvisitedLeaves(entered);
+  if (unvisited != 0) {
+    node.SetLeavesVisited(unvisited);
+    entered &= ~unvisited;
+    if (node.BareLeaves(entered) == 0) return;
+  }
   while (!node.TryLockLeaves()) {
     // What others give is welcome, but only wrong copies must be waited for.
     if (node.StaleLeaves(entered) == 0) return;

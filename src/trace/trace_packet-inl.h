@@ -40,6 +40,9 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
   }
 }
 
+/// Rays in a vector.
+constexpr size_t kVectorRays = hn::MaxLanes(D());
+
 /// Whether the rays of a packet, which have nothing to call, cost less one by one than as a group,
 /// whatever they are: a group takes several vectors where one does not hold it, and these fill no
 /// more than half of one. Packets of 4 with AVX2, one by one and as groups, ns a ray, primary,
@@ -48,8 +51,7 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
 /// took 1.05 to 1.7 times as long one by one.
 template <Query kQuery>
 HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) {
-  constexpr size_t kLanes = hn::MaxLanes(hn::ScalableTag<float>());
-  return kLanes < kPacketRays && 2 * packet.lanes <= kLanes &&
+  return kVectorRays < kPacketRays && 2 * packet.lanes <= kVectorRays &&
          (scene.is_small || kQuery == Query::kAny);
 }
 
@@ -65,17 +67,16 @@ HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) 
 template <Query kQuery>
 HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacketRays>& lanes,
                                LaneMask active) {
-  constexpr size_t kVector = hn::MaxLanes(hn::ScalableTag<float>());
-  constexpr size_t kFewInVector =
-      kQuery == Query::kClosest ? policy::kFewApart : policy::kFewOfAnyInVector;
-  constexpr size_t kFew = kVector >= kPacketRays ? kFewInVector
-                          : kParts == 1          ? policy::kFewRays
-                                                 : policy::kFewApart;
+  constexpr bool kIsAny = kQuery == Query::kAny;
+  constexpr size_t kFew = kParts > 1                  ? policy::kFewApart
+                          : kVectorRays < kPacketRays ? policy::kFewRays
+                          : kIsAny                    ? policy::kFewOfAnyInVector
+                                                      : policy::kFewApart;
+  // Of any hits in a small scene all are soon found.
+  constexpr size_t kFewInSmall = kIsAny ? 0 : HWY_MIN(kFew, policy::kFewInSmallScene);
   const size_t count = hwy::PopCount(active);
   if (count <= policy::kFewRays) return true;
-  // Of any hits in a small scene all are soon found.
-  if (count > kFew || (scene.is_small && kQuery == Query::kAny)) return false;
-  if (scene.is_small && count > policy::kFewInSmallScene) return false;
+  if (count > (scene.is_small ? kFewInSmall : kFew)) return false;
   uint32_t octant;
   return (active & ~lanes.LanesOfOctant(active, octant)) != 0;
 }

@@ -116,11 +116,9 @@ inline void BuyNodes(const TraceTask& task, Subset& subset) {
 template <class Trace>
 std::optional<uint32_t> RentOrBuy(const TraceTask& task, Subset& subset, size_t rays,
                                   const Trace& trace) {
-  const rent_or_buy::Due due = rent_or_buy::CountRays(subset, rays);
-  if (due == rent_or_buy::Due::kNodes) BuyNodes(task, subset);
+  if (rent_or_buy::CountRays(subset, rays)) BuyNodes(task, subset);
   const rent_or_buy::Stay stay(*task.scene.kept, subset);
   if (!stay.root()) return subset.root;
-  if (due == rent_or_buy::Due::kCopies) stay.BuyCopies();
   trace(*stay.root());
   return std::nullopt;
 }

@@ -115,5 +115,31 @@ TEST(WideNodeLeavesTest, EachLeafIsDoneByItself) {
   EXPECT_EQ(node.BareLeaves(255), 0u);
 }
 
+// A leaf without a copy has been visited or not, which is nothing to one with a wrong copy.
+TEST(WideNodeLeavesTest, EachLeafIsVisitedByItself) {
+  WideNode node{};
+  node.count = 5;
+  node.SetChild(0, ChildWord::Inner(7));
+  node.SetChild(1, ChildWord::Range(1));
+  node.SetChild(2, ChildWord::Range(2));
+  node.SetChild(3, ChildWord::Block(3));
+  node.SetChild(4, ChildWord::Block(4));
+  node.SetLeavesBare();
+  EXPECT_EQ(node.UnvisitedLeaves(255), 0u);
+  node.SetLeavesUnvisited();
+  node.SetLeafStale(3);
+  EXPECT_EQ(node.BareLeaves(255), 0b01110u);
+  EXPECT_EQ(node.UnvisitedLeaves(255), 0b00110u);
+  EXPECT_EQ(node.UnvisitedLeaves(0b00011), 0b00010u);
+  EXPECT_EQ(node.StaleLeaves(255), 0b01000u);
+  node.SetLeavesVisited(0b00010);
+  EXPECT_EQ(node.BareLeaves(255), 0b01110u) << "it may have a copy now";
+  EXPECT_EQ(node.UnvisitedLeaves(255), 0b00100u);
+  EXPECT_EQ(node.StaleLeaves(255), 0b01000u);
+  node.SetLeavesDone(0b00100);
+  EXPECT_EQ(node.BareLeaves(255), 0b01010u);
+  EXPECT_EQ(node.UnvisitedLeaves(255), 0u);
+}
+
 }  // namespace
 }  // namespace dacrt

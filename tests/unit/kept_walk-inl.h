@@ -162,7 +162,8 @@ class Walker : public Counts {
       }
       const ChildWord child = node.Child(i);
       if (child.IsLeaf()) {
-        WalkLeaf(child, (node.bare >> i & 1) != 0, volumes, begin, end);
+        ASSERT_TRUE(node.bare >> i & 1) << "no rays have come";
+        WalkLeaf(child, node.UnvisitedLeaves(1u << i) != 0, volumes, begin, end);
       } else if (child.IsSubset()) {
         Subset& subset = kept_.partition.subset(child.number());
         ASSERT_GE(subset.begin, begin);
@@ -192,10 +193,11 @@ class Walker : public Counts {
   }
 
   /// Of one item or of at most kLeafLanes lanes, of which the last item is marked, and no other.
-  void WalkLeaf(ChildWord leaf, bool is_bare, const Volumes& volumes, size_t begin, size_t end) {
+  void WalkLeaf(ChildWord leaf, bool is_unvisited, const Volumes& volumes, size_t begin,
+                size_t end) {
     ++leaves;
     ASSERT_TRUE(leaf.IsRange());
-    ASSERT_NE(is_bare, is_rented_) << "only what is bought gets copies";
+    ASSERT_EQ(is_unvisited, is_rented_) << "what is bought gets copies at once";
     size_t place = leaf.range(), lanes = 0, count = 0;
     ASSERT_GE(place, begin);
     for (bool is_last = false; !is_last; ++place, ++count) {

@@ -28,21 +28,16 @@ namespace {
 
 using unit::Random;
 
-using rent_or_buy::Due;
-using rent_or_buy::Offer;
-
-/// `rays` rays come to a subset together, and buy what is due.
-Due Come(Kept& kept, uint32_t number, uint32_t rays) {
+/// `rays` rays come to a subset together. Whether they buy nodes.
+bool Come(Kept& kept, uint32_t number, uint32_t rays) {
   Subset& subset = kept.partition.subset(number);
-  if (!Subset::IsRented(subset.root)) return Due::kNothing;
-  const Due due = rent_or_buy::CountRays(subset, rays);
-  if (due == Due::kNodes) BuyNodes(kept.partition, subset, *kept.scratch);
-  if (due == Due::kCopies) rent_or_buy::Stay(kept.partition, subset).BuyCopies();
-  return due;
+  if (!Subset::IsRented(subset.root) || !rent_or_buy::CountRays(subset, rays)) return false;
+  BuyNodes(kept.partition, subset, *kept.scratch);
+  return true;
 }
 
 // Costs are counted as they are taken to be. However many rays come, and however many of them
-// together, copies and nodes cost at most twice what they would have, had one known.
+// together, nodes cost at most twice what they would have, had one known.
 void CostsAtMostTwiceTheBest() {
   Random random(61);
   for (const uint32_t triangles : {600u, 900u, 2048u}) {
@@ -50,30 +45,27 @@ void CostsAtMostTwiceTheBest() {
     for (const uint32_t together : {1u, 7u, 64u, 100'000u}) {
       Kept kept({mesh}, kPlenty);
       ASSERT_TRUE(Subset::IsRented(kept.Root(0)));
-      uint64_t rays = 0, cost[2] = {};
-      bool is_bought[2] = {};
+      constexpr rent_or_buy::Offer kOffer = rent_or_buy::kNodes;
+      const uint64_t price = uint64_t{triangles} * kOffer.price;
+      uint64_t rays = 0, cost = 0;
+      bool is_bought = false;
       for (int call = 0; call < 3000; ++call) {
         const uint32_t count = 1 + random.Below(together);
         // A few pay as much as some more.
         const uint64_t counted = std::max<uint64_t>(count, rent_or_buy::kFewestRays);
         rays += counted;
-        const Due due = Come(kept, 0, count);
-        for (const int which : {0, 1}) {
-          const Offer& offer = which == 0 ? rent_or_buy::kCopies : rent_or_buy::kNodes;
-          const uint64_t price = uint64_t{triangles} * offer.price;
-          if (due == Due::kNodes || (which == 0 && due == Due::kCopies)) {
-            ASSERT_TRUE(which == 0 || !is_bought[which]);
-            if (!is_bought[which]) cost[which] += price;
-            is_bought[which] = true;
-          }
-          if (!is_bought[which]) cost[which] += counted * offer.rent;
-          // That rays are whole, and not parts of one, may cost one more.
-          const uint64_t best = std::min(rays * offer.rent, price);
-          ASSERT_LE(cost[which], 2 * best + offer.rent) << triangles << " triangles, " << rays;
+        if (Come(kept, 0, count)) {
+          ASSERT_FALSE(is_bought);
+          cost += price;
+          is_bought = true;
         }
-        ASSERT_EQ(is_bought[1], Subset::IsNode(kept.partition.subset(0).root));
+        if (!is_bought) cost += counted * kOffer.rent;
+        // That rays are whole, and not parts of one, may cost one more.
+        const uint64_t best = std::min(rays * kOffer.rent, price);
+        ASSERT_LE(cost, 2 * best + kOffer.rent) << triangles << " triangles, " << rays;
+        ASSERT_EQ(is_bought, Subset::IsNode(kept.partition.subset(0).root));
       }
-      EXPECT_TRUE(is_bought[0] && is_bought[1]);
+      EXPECT_TRUE(is_bought);
       Walker(kept).Walk(true);
     }
   }
@@ -93,44 +85,42 @@ void ManyRaysBuyAtOnce() {
   EXPECT_GT(few.partition.BytesUsed(), many.partition.BytesUsed());
 }
 
-// Of threads whose rays come at once one buys the copies, and one the nodes.
-void EachIsBoughtOnce() {
+// Of threads whose rays come at once one buys the nodes.
+void NodesAreBoughtOnce() {
   Random random(63);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   ASSERT_TRUE(Subset::IsRented(kept.Root(0)));
-  std::atomic<int> copies{0}, nodes{0};
+  std::atomic<int> nodes{0};
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       for (int call = 0; call < 2000; ++call) {
-        const Due due = Come(kept, 0, 1 + static_cast<uint32_t>(t * call) % 3);
-        copies += due == Due::kCopies;
-        nodes += due == Due::kNodes;
+        nodes += Come(kept, 0, 1 + static_cast<uint32_t>(t * call) % 3);
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(copies, 1);
   EXPECT_EQ(nodes, 1);
-  EXPECT_EQ(rent_or_buy::CountRays(kept.partition.subset(0), UINT32_MAX), Due::kNothing)
-      << "for who came late";
+  EXPECT_FALSE(rent_or_buy::CountRays(kept.partition.subset(0), UINT32_MAX)) << "who came late";
   Walker(kept).Walk(true);
 }
 
-// Nodes that are bought have the copies that leaves got in the rented ones, but for what is wrong.
+// Nodes that are bought have the copies that leaves got in the rented ones, but for what is wrong;
+// and who stays in those makes no others there.
 void LeavesKeepTheirCopies() {
   Random random(70);
   Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
   const uint32_t rented = Subset::NodeOf(kept.Root(0));
   Subset& subset = kept.partition.subset(0);
-  EXPECT_EQ(Come(kept, 0, rent_or_buy::kCopies.RaysFor(2000)), Due::kCopies);
+  const NodeRun rented_nodes{rented, subset.node_slots};
   std::map<uint32_t, uint32_t> copies;  // by where their items stand
   uint32_t stale_place = UINT32_MAX;
-  kept.partition.ForEachNode({rented, subset.node_slots}, [&](WideNode& node) {
+  kept.partition.ForEachNode(rented_nodes, [&](WideNode& node) {
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
       if (!child.IsRange()) continue;
       ASSERT_TRUE(node.bare >> k & 1);
+      ASSERT_TRUE(node.UnvisitedLeaves(1u << k));
       if (copies.size() >= 100) continue;
       uint32_t place;
       ASSERT_TRUE(kept.partition.AllocateLeaf(sizeof(LeafBlock), place));
@@ -147,7 +137,11 @@ void LeavesKeepTheirCopies() {
   });
   ASSERT_EQ(copies.size(), 100u);
   copies.erase(stale_place);
-  EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
+  const rent_or_buy::Stay inside(kept.partition, subset);
+  EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
+  kept.partition.ForEachNode(rented_nodes, [&](const WideNode& node) {
+    EXPECT_EQ(node.BareLeaves(UINT8_MAX), node.StaleLeaves(UINT8_MAX));
+  });
   size_t kept_copies = 0;
   kept.partition.ForEachNode({subset.root, subset.node_slots}, [&](const WideNode& node) {
     for (size_t k = 0; k < node.count; ++k) {
@@ -156,6 +150,7 @@ void LeavesKeepTheirCopies() {
       const auto copy = copies.find(kept.partition.PlaceOfLeaf(child));
       EXPECT_EQ(child.IsBlock(), copy != copies.end()) << "a wrong one is left behind";
       EXPECT_EQ((node.bare >> k & 1) != 0, child.IsRange()) << "the others may have one";
+      EXPECT_EQ(node.UnvisitedLeaves(1u << k), 0u) << "at once";
       if (copy == copies.end()) continue;
       EXPECT_EQ(child.bits(), copy->second);
       ++kept_copies;
@@ -192,11 +187,10 @@ void WhoIsInsideMayStay() {
     ASSERT_EQ(first.root()->bits(), rented.bits());
     {
       const rent_or_buy::Stay second(kept.partition, subset);
-      EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
+      EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
       EXPECT_FALSE(is_given_back());
       const rent_or_buy::Stay late(kept.partition, subset);
       EXPECT_FALSE(late.root().has_value()) << "it is bought";
-      late.BuyCopies();
     }
     EXPECT_FALSE(is_given_back());
     uint32_t node, no_subset;
@@ -222,7 +216,7 @@ void WithoutRoomTheRentedOnesStay() {
   uint32_t first_node, first_subset;
   while (kept.partition.Allocate(1, 0, first_node, first_subset)) continue;
   const size_t bytes = kept.partition.BytesUsed();
-  EXPECT_EQ(Come(kept, 0, UINT32_MAX), Due::kNodes);
+  EXPECT_TRUE(Come(kept, 0, UINT32_MAX));
   EXPECT_EQ(kept.partition.subset(0).root, Subset::NodeOf(rented));
   EXPECT_EQ(kept.partition.BytesUsed(), bytes);
   EXPECT_FALSE(kept.partition.Allocate(1, 0, first_node, first_subset)) << "nothing is given back";
@@ -247,7 +241,7 @@ namespace dacrt {
 HWY_BEFORE_TEST(RentOrBuyTest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, CostsAtMostTwiceTheBest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
-HWY_EXPORT_AND_TEST_P(RentOrBuyTest, EachIsBoughtOnce);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, NodesAreBoughtOnce);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, LeavesKeepTheirCopies);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
@@ -293,6 +287,17 @@ class RentedTraceTest : public OnEachInstructionSet {
     scene_->triangle_count = kTriangles;
   }
 
+  /// Leaves that have copies, in the nodes of the only subset.
+  std::size_t Copies() const {
+    const Subset& subset = scene_->kept->subset(0);
+    std::size_t copies = 0;
+    std::as_const(*scene_->kept)
+        .ForEachNode({Subset::NodeOf(subset.root), subset.node_slots}, [&](const WideNode& node) {
+          for (std::size_t k = 0; k < node.count; ++k) copies += node.Child(k).IsBlock();
+        });
+    return copies;
+  }
+
   const MemoryAccount memory_{MemoryMonitor{}};
   TaskPool tasks_{1};
   WorkspacePool pool_{memory_};
@@ -322,12 +327,7 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
         TracePacket(query, lanes, i, rented[i]);
       }
       ASSERT_TRUE(Subset::IsNode(subset.root));
-      std::size_t copies = 0;
-      std::as_const(*scene_->kept)
-          .ForEachNode({subset.root, subset.node_slots}, [&](const WideNode& node) {
-            for (std::size_t k = 0; k < node.count; ++k) copies += node.Child(k).IsBlock();
-          });
-      EXPECT_GT(copies, 10u);
+      EXPECT_GT(Copies(), 10u);
       std::vector<float> bought;
       std::size_t hits = 0;
       for (uint32_t i = 0; i < packets; ++i) {
@@ -338,6 +338,28 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
       }
       EXPECT_GT(hits, packets / 4);
       EXPECT_LT(hits, packets);
+    }
+  }
+}
+
+// A leaf gets its copy when rays come to it the second time, by every way in.
+TEST_P(RentedTraceTest, LeavesAreCopiedTheSecondTime) {
+  for (const Query query : {Query::kClosest, Query::kAny}) {
+    for (const uint32_t lanes : {1u, 4u, 16u}) {
+      SCOPED_TRACE(std::to_string(lanes) + " lanes");
+      Keep();
+      std::vector<float> values;
+      TracePacket(query, lanes, 0, values);
+      ASSERT_TRUE(Subset::IsRented(scene_->kept->subset(0).root));
+      if (lanes == 1) {
+        EXPECT_EQ(Copies(), 0u) << "a packet's rays may come one by one";
+      }
+      TracePacket(query, lanes, 0, values);
+      ASSERT_TRUE(Subset::IsRented(scene_->kept->subset(0).root));
+      const std::size_t copies = Copies();
+      EXPECT_GT(copies, 0u);
+      TracePacket(query, lanes, 0, values);
+      EXPECT_EQ(Copies(), copies) << "there is nothing left to copy";
     }
   }
 }
