@@ -12,7 +12,7 @@ struct DACRT_API Statistics {
   uint64_t rays = 0;            ///< active rays (see RayView); 0 where there is no triangle to hit
   uint64_t hits = 0;            ///< of these, rays that hit something
   uint64_t pieces = 0;          ///< pieces that the batch was cut into
-  uint64_t subproblems = 0;     ///< calls of the recursion, except for those that go as groups
+  uint64_t subproblems = 0;     ///< calls of the recursion, but none for rays in groups
   uint64_t max_depth = 0;       ///< deepest level of the recursion; the root is level 1
   uint64_t sampled_splits = 0;  ///< splits chosen by sample rays
   uint64_t sah_splits = 0;      ///< splits chosen by the surface area heuristic
@@ -24,7 +24,7 @@ struct DACRT_API Statistics {
   uint64_t packet_tests = 0;    ///< tests of one ray packet or cone against one child volume
   uint64_t filters = 0;         ///< child volumes that were filtered
   uint64_t filters_skipped = 0;  ///< child volumes that took over the parent's rays
-  uint64_t direct_solves = 0;    ///< subproblems solved directly, with the same exception
+  uint64_t direct_solves = 0;    ///< subproblems solved directly; the same
   uint64_t direct_rays = 0;      ///< sum over direct solves of the active rays
   uint64_t triangle_tests = 0;   ///< tests of one ray against one triangle
 

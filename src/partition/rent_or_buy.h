@@ -14,8 +14,8 @@
 // of what a copy costs: so each leaf has its copy when rays come to it the second time
 // (trace/give_leaves.h). With copies the first time Sponza's first call of 64K primary rays took
 // 51 ms instead of 45, the dragon's 83 to 94 instead of 72. With copies once half as many rays had
-// come to a subset as it has triangles, 64K in the dragon's second call took 27 ms, primary, and
-// 17, diffuse, instead of 12 and 6: where few rays come together no two are in a leaf.
+// come to a subset as it has triangles, 64K in the dragon's next calls took 27 ms, primary, and 17,
+// diffuse, instead of 12 and 6: where few rays come together no two are in a leaf.
 #pragma once
 
 #include <algorithm>
