@@ -131,7 +131,12 @@ void KeptPartition::HasItsNodes(Subset& subset, const NodeRun& nodes) {
   const std::size_t most = NodesOver(lanes, leaf_lanes_);
   std::size_t count = 0;
   ForEachNode(nodes, [&](const WideNode&) { ++count; });
-  if (count < most) leaf_units_ += (most - count) * kUnitsANode;
+  if (count < most) GiveToLeaves((most - count) * kUnitsANode);
+}
+
+void KeptPartition::GiveToLeaves(std::size_t units) {
+  leaf_units_ += units;
+  leaf_room_ = true;
 }
 
 /// What exact nodes take more than others is taken from leaves that there are not yet. (One that a
@@ -158,7 +163,7 @@ void KeptPartition::ReturnExactRoom(const NodeRun& nodes) {
 
 void KeptPartition::ReturnExactRoom(std::size_t node_count) {
   exact_nodes_ += node_count;
-  leaf_units_ += node_count * kUnitsMoreExact;
+  GiveToLeaves(node_count * kUnitsMoreExact);
 }
 
 /// It takes the place of the shortest run that is remembered, and that one the place of another or

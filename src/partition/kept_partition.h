@@ -258,7 +258,8 @@ class KeptPartition {
   /// gathering is what they cost then, and nodes take half of the room.
   std::size_t leaf_lanes() const { return leaf_lanes_; }
 
-  /// Whether there may be room for leaf blocks.
+  /// Whether there may be room for leaf blocks. That can change: nodes that turn out fewer than
+  /// room was set aside for leave it to leaves.
   bool HasLeafRoom() const { return leaf_room_.load(std::memory_order_relaxed); }
 
   /// Room for leaf blocks of `bytes` bytes, and its place in units; false if there is not enough
@@ -330,6 +331,7 @@ class KeptPartition {
   bool TakeFree(std::size_t slots, uint32_t& first_node);
   void Remember(const NodeRun& nodes);
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
+  void GiveToLeaves(std::size_t units);
   std::size_t NodesUsed() const { return taken_ >> 32; }  ///< slots
 
   /// A budget has so little to spare beside nodes and leaves.
@@ -357,7 +359,7 @@ class KeptPartition {
   std::size_t room_units_ = 0;               ///< for nodes and leaves, in units of leaves
   std::atomic<std::size_t> leaf_units_{0};   ///< for leaves at most: nodes come first
   std::atomic<std::size_t> exact_nodes_{0};  ///< that there may still be
-  std::atomic<bool> leaf_room_{false};
+  std::atomic<bool> leaf_room_{false};       ///< none since one found none, until there is more
   std::size_t leaf_lanes_ = kLeafLanes;
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
