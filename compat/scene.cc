@@ -179,7 +179,8 @@ Scene::Snapshot::Snapshot(Device& device, const Selection& selection, const Snap
 
 SceneOptions Scene::Snapshot::OptionsFor(const Selection& selection) {
   return {selection.flags & RTC_SCENE_FLAG_COMPACT ? Keep::kLittle : Keep::kByBudget,
-          (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0, selection.always_refit};
+          (selection.flags & RTC_SCENE_FLAG_ROBUST) != 0, selection.always_refit,
+          selection.splits_with_care};
 }
 
 Scene::Changes Scene::FindChanges() {
@@ -306,6 +307,10 @@ Scene::Selection Scene::Select(AskedBounds& asked) const {
   selection.revision = revision_;
   selection.flags = flags_;
   selection.always_refit = true;
+  // Unless the program says that there will not be many rays, or has thrown others away already.
+  selection.splits_with_care = (flags_ & RTC_SCENE_FLAG_DYNAMIC) == 0 &&
+                               build_quality_ != RTC_BUILD_QUALITY_LOW &&
+                               (!snapshot_ || snapshot_->scene().triangle_count() == 0);
   selection.attached.reserve(geometries_.size());
   selection.geometries.reserve(geometries_.size());
   const bool context_filter = (flags_ & RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) != 0;
@@ -377,11 +382,11 @@ void Scene::SetProgressMonitor(RTCProgressMonitorFunction function, void* user_p
 }
 
 void Scene::SetBuildQuality(RTCBuildQuality quality) {
-  // There is nothing to build, so every quality is the same.
   if (quality < RTC_BUILD_QUALITY_LOW || quality > RTC_BUILD_QUALITY_HIGH) {
     throw ApiError(RTC_ERROR_UNKNOWN, "quality = ", static_cast<int>(quality),
                    " is no build quality of a scene");
   }
+  build_quality_ = quality;
 }
 
 const dacrt::Scene& Scene::CommittedAsItStands() const {

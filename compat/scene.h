@@ -149,6 +149,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
     std::vector<std::pair<unsigned int, Attached>> attached;  ///< all, by ID, as they will be
     std::vector<dacrt::Geometry> geometries;                  ///< the enabled ones
     bool always_refit = false;                                ///< all are of REFIT quality
+    bool splits_with_care = false;                            ///< see dacrt::SceneOptions
     Used used;
   };
 
@@ -234,6 +235,7 @@ class Scene : public std::enable_shared_from_this<Scene> {
   RTCProgressMonitorFunction progress_function_ = nullptr;
   void* progress_user_pointer_ = nullptr;
   RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
+  RTCBuildQuality build_quality_ = RTC_BUILD_QUALITY_MEDIUM;
 };
 
 inline Device& DeviceOf(Scene& scene) { return *scene.device(); }

@@ -131,6 +131,7 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       exact_nodes_(other.exact_nodes_.load()),
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
+      splits_with_care_(other.splits_with_care_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_[i] = other.free_[i].load();

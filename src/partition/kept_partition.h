@@ -258,6 +258,11 @@ class KeptPartition {
   /// gathering is what they cost then, and nodes take half of the room.
   std::size_t leaf_lanes() const { return leaf_lanes_; }
 
+  /// Says that many rays will come: subsets are split as SplitRule::kCare says
+  /// (split_subset-inl.h). Nobody may trace meanwhile.
+  void SplitWithCare() { splits_with_care_ = true; }
+  bool splits_with_care() const { return splits_with_care_; }
+
   /// Whether there may be room for leaf blocks. That can change: nodes that turn out fewer than
   /// room was set aside for leave it to leaves.
   bool HasLeafRoom() const { return leaf_room_.load(std::memory_order_relaxed); }
@@ -361,6 +366,7 @@ class KeptPartition {
   std::atomic<std::size_t> exact_nodes_{0};  ///< that there may still be
   std::atomic<bool> leaf_room_{false};       ///< none since one found none, until there is more
   std::size_t leaf_lanes_ = kLeafLanes;
+  bool splits_with_care_ = false;
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
   std::array<std::atomic<uint64_t>, 32> free_{};  ///< a NodeRun each, or 0

@@ -1,6 +1,5 @@
 // Nodes of least surface over leaves that are there already: of those a subset has a fifth or a
-// sixth as many as triangles, and where these stand along a curve the leaves that it is cut into
-// are as good as any (Sponza, Sibenik, a hall: rays take the same time within 3 %).
+// sixth as many as triangles.
 
 #if defined(DACRT_PARTITION_NODES_OVER_LEAVES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_PARTITION_NODES_OVER_LEAVES_INL_H_

@@ -57,6 +57,7 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
     parts.kept = std::make_unique<KeptPartition>(
         parts.geometries, Engine().BudgetBytes(parts.geometries, keep),
         Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory);
+    if (options.splits_with_care) parts.kept->SplitWithCare();
     parts.bounds = parts.kept->bounds();
     parts.triangle_count = parts.kept->triangle_count();
   } else {

@@ -62,16 +62,19 @@ std::vector<TimedRay> RaysDown(std::size_t count, float apart) {
 
 // In short calls, which go the same way in each scene: longer ones learn which way is quicker, and
 // what lies behind a hit is reached by one and not by the other.
-void TraceInShortCalls(const Scene& scene, const std::vector<TimedRay>& rays) {
+std::vector<TimedRay> TraceInShortCalls(const Scene& scene, const std::vector<TimedRay>& rays) {
   constexpr std::size_t kCall = 250;
+  std::vector<TimedRay> answers;
   for (std::size_t begin = 0; begin < rays.size(); begin += kCall) {
     const std::size_t end = std::min(rays.size(), begin + kCall);
-    Trace(scene, {rays.data() + begin, rays.data() + end});
+    const auto some = Trace(scene, {rays.data() + begin, rays.data() + end});
+    answers.insert(answers.end(), some.begin(), some.end());
   }
+  return answers;
 }
 
 // Of whatever shape a mesh is, moving or not, the default budget holds nearly all that rays can ask
-// for, and no leaf goes without a copy while there is room.
+// for, and no leaf goes without a copy while there is room; split with care or without.
 TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
   constexpr std::size_t kSide = 360;  // beyond what is kept without regard to the share of each
   const std::vector<TimedRay> rays = RaysDown(2 * kSide, 0.5f);
@@ -81,13 +84,18 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsMeshesOfEveryShape) {
       const Geometry geometry = MakeSheet(shape, kSide, steps, sheet);
       const auto by_default = MakeScene({geometry}, kDefaultBudget, false, 1);
       const auto unlimited = MakeScene({geometry}, kUnlimitedBudget, false, 1);
-      TraceInShortCalls(*by_default, rays);
-      TraceInShortCalls(*unlimited, rays);
+      const auto with_care =
+          std::make_shared<Scene>(std::make_shared<Device>(Settings{.threads = 1}),
+                                  std::vector{geometry}, SceneOptions{.splits_with_care = true});
       const std::string what =
           std::to_string(static_cast<int>(shape)) + " x " + std::to_string(steps);
+      const auto answers = TraceInShortCalls(*by_default, rays);
+      ExpectSameRays(TraceInShortCalls(*unlimited, rays), answers, what + " without limit");
+      ExpectSameRays(TraceInShortCalls(*with_care, rays), answers, what + " with care");
       const std::size_t used = by_default->KeptBytesUsed(), most = unlimited->KeptBytesUsed();
       // Without limit all nodes are exact.
       EXPECT_GE(6 * used, 5 * most) << what;
+      EXPECT_LT(with_care->KeptBytesUsed(), used) << what << ": leaves that are fuller take less";
       EXPECT_GE(used, std::min(most, by_default->KeptBytes() / 100 * 99)) << what;
       EXPECT_LT(by_default->KeptBytes(), unlimited->KeptBytes()) << what;
       if (shape == Shape::kTriangles && steps == 1) {

@@ -34,6 +34,7 @@ void Split(benchmark::State& state, SplitRule rule) {
 }
 void SplitToRent(benchmark::State& state) { Split(state, SplitRule::kRent); }
 void SplitToBuy(benchmark::State& state) { Split(state, SplitRule::kBuy); }
+void SplitWithCare(benchmark::State& state) { Split(state, SplitRule::kCare); }
 
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -45,6 +46,7 @@ namespace dacrt {
 namespace {
 DACRT_STEP_BENCHMARK("SplitTriangles/rent", SplitToRent);
 DACRT_STEP_BENCHMARK("SplitTriangles/buy", SplitToBuy);
+DACRT_STEP_BENCHMARK("SplitTriangles/care", SplitWithCare);
 }  // namespace
 }  // namespace dacrt
 #endif

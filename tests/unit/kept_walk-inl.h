@@ -33,9 +33,9 @@ using unit::Mesh;
 constexpr size_t kPlenty = size_t{1} << 24;
 
 /// How subsets get their nodes: for so few rays that they are rented, for so many that they are
-/// bought at once, or one after the other.
-enum class Rays { kFew, kMany, kMore };
-constexpr Rays kAllRays[] = {Rays::kFew, Rays::kMany, Rays::kMore};
+/// bought at once, one after the other, or for many that are yet to come.
+enum class Rays { kFew, kMany, kMore, kExpected };
+constexpr Rays kAllRays[] = {Rays::kFew, Rays::kMany, Rays::kMore, Rays::kExpected};
 
 /// A partition with all that it needs.
 class Kept {
@@ -58,6 +58,7 @@ class Kept {
 
   uint32_t Root(uint32_t number) {
     const size_t count = rays == Rays::kMany ? UINT32_MAX : 0;
+    if (rays == Rays::kExpected) partition.SplitWithCare();
     const auto no_memory = [] { FAIL() << "no memory"; };
     const uint32_t root = *RootOf(partition, number, count, scratch.get(), nullptr, no_memory);
     Subset& subset = partition.subset(number);
@@ -131,6 +132,8 @@ class Walker : public Counts {
     ASSERT_TRUE(Subset::HasNodes(root));
     is_rented_ = Subset::IsRented(root);
     if (is_rented_) ++rented;
+    copies_wait_ = is_rented_ || (kept_.rays == Rays::kExpected &&
+                                  HasCurve(subset.count, kept_.partition.leaf_lanes()));
     const size_t before = count_;
     WalkNode(Subset::NodeOf(root), above, depth, begin, end);
     ASSERT_EQ(count_ - before, subset.count);
@@ -197,7 +200,7 @@ class Walker : public Counts {
                 size_t end) {
     ++leaves;
     ASSERT_TRUE(leaf.IsRange());
-    ASSERT_EQ(is_unvisited, is_rented_) << "what is bought gets copies at once";
+    ASSERT_EQ(is_unvisited, copies_wait_) << "what is bought for rays gets copies at once";
     size_t place = leaf.range(), lanes = 0, count = 0;
     ASSERT_GE(place, begin);
     for (bool is_last = false; !is_last; ++place, ++count) {
@@ -246,7 +249,8 @@ class Walker : public Counts {
 
   Kept& kept_;
   bool has_room_ = true;
-  bool is_rented_ = false;  ///< the subset whose nodes are being walked
+  bool is_rented_ = false;    ///< the subset whose nodes are being walked
+  bool copies_wait_ = false;  ///< of its leaves, for rays that come the second time
   size_t count_ = 0;
   std::set<uint32_t> seen_subsets_, seen_nodes_, numbers_;
   std::set<size_t> places_;

@@ -175,6 +175,18 @@ void WhatWasRentedIsUsedAgain() {
   Walker(kept).Walk(true);
 }
 
+// Triangles that move may move again. A copy of a partition is as careful as that.
+void WhatHasMovedIsSplitWithoutCare() {
+  Random random(68);
+  Kept kept({unit::MakeSoup(random, 2000, 1, 0.1f)}, kPlenty);
+  kept.rays = Rays::kExpected;
+  ASSERT_TRUE(Subset::IsNode(kept.Root(0)));
+  EXPECT_TRUE(KeptPartition(kept.partition).splits_with_care());
+  Subset& subset = kept.partition.subset(0);
+  subset.root = Subset::NodeOf(subset.root) | Subset::kStale;
+  EXPECT_TRUE(Subset::IsRented(kept.Root(0)));
+}
+
 // Rented nodes stay while a ray is in them.
 void WhoIsInsideMayStay() {
   Random random(67);
@@ -244,6 +256,7 @@ HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, NodesAreBoughtOnce);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, LeavesKeepTheirCopies);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatHasMovedIsSplitWithoutCare);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WithoutRoomTheRentedOnesStay);
 
@@ -344,23 +357,26 @@ TEST_P(RentedTraceTest, RaysBuyByEveryWayIn) {
 
 // A leaf gets its copy when rays come to it the second time, by every way in.
 TEST_P(RentedTraceTest, LeavesAreCopiedTheSecondTime) {
-  for (const Query query : {Query::kClosest, Query::kAny}) {
-    for (const uint32_t lanes : {1u, 4u, 16u}) {
-      SCOPED_TRACE(std::to_string(lanes) + " lanes");
-      Keep();
-      std::vector<float> values;
-      TracePacket(query, lanes, 0, values);
-      ASSERT_TRUE(Subset::IsRented(scene_->kept->subset(0).root));
-      // Those of a packet may come one by one.
-      if (lanes == 1) {
-        EXPECT_EQ(Copies(), 0u);
+  for (const bool with_care : {false, true}) {
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      for (const uint32_t lanes : {1u, 4u, 16u}) {
+        SCOPED_TRACE(std::to_string(lanes) + (with_care ? " lanes, with care" : " lanes"));
+        Keep();
+        if (with_care) scene_->kept->SplitWithCare();
+        std::vector<float> values;
+        TracePacket(query, lanes, 0, values);
+        ASSERT_EQ(Subset::IsRented(scene_->kept->subset(0).root), !with_care);
+        // Those of a packet may come one by one.
+        if (lanes == 1) {
+          EXPECT_EQ(Copies(), 0u);
+        }
+        TracePacket(query, lanes, 0, values);
+        ASSERT_EQ(Subset::IsRented(scene_->kept->subset(0).root), !with_care);
+        const std::size_t copies = Copies();
+        EXPECT_GT(copies, 0u);
+        TracePacket(query, lanes, 0, values);
+        EXPECT_EQ(Copies(), copies) << "there is nothing left to copy";
       }
-      TracePacket(query, lanes, 0, values);
-      ASSERT_TRUE(Subset::IsRented(scene_->kept->subset(0).root));
-      const std::size_t copies = Copies();
-      EXPECT_GT(copies, 0u);
-      TracePacket(query, lanes, 0, values);
-      EXPECT_EQ(Copies(), copies) << "there is nothing left to copy";
     }
   }
 }

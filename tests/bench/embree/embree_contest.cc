@@ -11,8 +11,8 @@ namespace {
 
 // The drop-in is told nothing of how coherent the rays are: it finds out itself.
 constexpr bool kSaysCoherent = false;
-// It has no tree to build, well or badly.
-constexpr Build kDropInBuild = Build::kMedium;
+// It splits with care what is to last (README.md), which the program says to both libraries.
+constexpr Build kDropInBuild = Build::kMedium, kDropInOneShot = Build::kLowDynamic;
 
 // There are more rounds than asked for while they are short, up to a multiple.
 constexpr int kMostRoundsFactor = 5;
@@ -116,7 +116,7 @@ CellResult EmbreeContest::Measure(const Cell& cell, const OnStep& on_step, RayBu
     if (anew) {
       one_shot(embree_.Library(best.one_shot), best.one_shot.build, best.one_shot.delivery,
                result.embree);
-      one_shot(drop_in_, kDropInBuild, to_fresh, result.dacrt);
+      one_shot(drop_in_, kDropInOneShot, to_fresh, result.dacrt);
     }
     steady(still_embree, best.steady.delivery, result.embree.steady);
     steady(still_dacrt, to_still, result.dacrt.steady);

@@ -31,7 +31,7 @@ MovingContest::MovingContest(const BenchScene& scene, const ChangeKind& change, 
       threads_(threads),
       content_(change.make(scene)),
       drop_in_library_(DACRT_DROP_IN, DeviceConfig(IsasHere().front(), threads)),
-      drop_in_("dacrt", drop_in_library_, content_->content(), Build::kMedium) {
+      drop_in_("dacrt", drop_in_library_, content_->content(), Build::kLowDynamic) {
   for (const std::string& isa : IsasWithin(IsasHere().front())) {
     const EmbreeLibrary& library =
         libraries_.emplace_back(DACRT_REAL_EMBREE, DeviceConfig(isa, threads));
