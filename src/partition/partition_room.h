@@ -55,8 +55,8 @@ inline constexpr std::size_t kUnitsANode = sizeof(WideNode) / KeptPartition::kLe
 inline constexpr std::size_t kUnitsMoreExact = (WideNode::kExactSlots - 1) * kUnitsANode;
 
 /// How many nodes of a partition with room for `units` units may be exact, so that most leaves find
-/// room beside: nodes and leaves of scenes were measured to take so much a lane, and 28 where single
-/// rays came everywhere, so that one leaf in eight had no copy.
+/// room beside: nodes and leaves of scenes were measured to take so much a lane, and 28 where
+/// single rays came everywhere, so that one leaf in eight had no copy.
 inline constexpr std::size_t kNodeAndLeafBytes = 25;
 constexpr std::size_t ExactNodesFor(std::size_t lanes, std::size_t units) {
   const std::size_t bytes = units * KeptPartition::kLeafUnit, others = lanes * kNodeAndLeafBytes;

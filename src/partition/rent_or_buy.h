@@ -11,8 +11,8 @@
 //
 // Where a program lets expect many rays (SceneOptions::splits_with_care) nodes are bought at once,
 // over leaves that no later purchase can change: with AVX2, 64K rays a call, the kitchen's primary
-// rays took 162 ns with what is rented, 149 with nodes alone and 125 with both; the first call of
-// diffuse rays 145, 215 and 330 ms.
+// rays took 142 ns with what is rented, 132 with nodes alone and 122 with both; the first call of
+// diffuse rays 149, 228 and 365 ms.
 //
 // For nodes rays are counted, and others are made over the same leaves (buy_nodes-inl.h). Of a bare
 // leaf it is the list of rays that pays, or the group, or the ray alone, two thirds to four fifths
