@@ -7,6 +7,7 @@
 #define DACRT_LEAF_CROSS_FACETS_INL_H_
 #endif
 
+#include "geometry/lone_box-inl.h"
 #include "geometry/robust_test-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_block.h"
@@ -195,21 +196,30 @@ HWY_INLINE CornerLanes Interpolate(const CornerLanes& begin, const CornerLanes& 
   return lanes;
 }
 
-/// Where one ray meets some triangles.
+/// Where one ray meets some triangles. Not all of them count: see own_box-inl.h.
 struct FacetCrossing {
   uint64_t lanes = 0;     ///< that it meets, a bit each; what follows means nothing in others
   uint64_t within_limit;  ///< and that pass Embree's test against tfar
   EightPart t;
-  EightPart entry;  ///< into the triangle's own box
-  EightPart u, v;   ///< times divisor
+  EightPart u, v;  ///< times divisor
   EightPart divisor;
 
-  /// The lane that is nearer than `nearest`, which is set to its distance, or kPartLanes. False if
-  /// names decide: one is as near as another, or as what the ray has, or, `at_limit` of a ray that
-  /// has nothing, as its end.
+  /// The lane that is asked first whether it counts, or kPartLanes if there is none: of any hits
+  /// one that lies within tfar, of closest ones the one that is nearest and nearer than `limit`,
+  /// which is set to its distance. False if names decide: one is as near as another, or as what the
+  /// ray has, or, `at_limit` of a ray that has nothing, as its end.
+  template <Query kQuery>
+  HWY_INLINE bool FindFirst(bool at_limit, float& limit, size_t& lane) const {
+    if constexpr (kQuery == Query::kClosest) return FindNearest(at_limit, limit, lane);
+    const uint64_t within = lanes & within_limit;
+    lane = within == 0 ? kPartLanes : hwy::Num0BitsBelowLS1Bit_Nonzero64(within);
+    return true;
+  }
+
+ private:
   HWY_INLINE bool FindNearest(bool at_limit, float& nearest, size_t& lane) const {
     HWY_ALIGN float keys[kPartLanes];
-    hn::Store(hn::Max(t, entry), kEightTag, keys);
+    hn::Store(t, kEightTag, keys);
     lane = kPartLanes;
     for (uint64_t left = lanes; left != 0; left &= left - 1) {
       const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
@@ -237,23 +247,13 @@ struct SpreadRay {
   }
   HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, ray.tnear); }
   HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, ray.tfar); }
-};
 
-/// Lanes of those that meet whose triangle's own box the ray enters; `entry` is where.
-template <class Ray, class Corners>
-HWY_INLINE uint64_t EnterOwnBoxes(const Ray& ray, const TestRaysOf<EightPart>& rays,
-                                  const Corners& corners, hn::Mask<EightTag> meet,
-                                  EightPart& entry) {
-  // Axis by axis, for want of registers.
-  SlabsOf<EightPart> slabs;
-  for (int axis = 0; axis < 3; ++axis) {
-    const PlanesOnAxis own = corners.OwnPlanes(axis);
-    slabs.Cut(axis, own.lower, own.upper, rays.org[axis], ray.reciprocal(axis));
+#if HWY_TARGET != HWY_SCALAR
+  HWY_INLINE LoneLine line() const {
+    return {hn::Load(kCornerTag, ray.org), hn::Load(kCornerTag, ray.reciprocal), ray.tnear};
   }
-  const auto interval = slabs.Interval();
-  entry = interval.entry;
-  return Bits(kEightTag, hn::And(meet, Enters(interval, rays.tnear, rays.tfar)));
-}
+#endif
+};
 
 /// What an eight-lane test without a reciprocal wants of a ray.
 template <class Ray>
@@ -268,7 +268,7 @@ HWY_INLINE TestRaysOf<EightPart> TestRaysFrom(const Ray& ray) {
   return rays;
 }
 
-/// Where some rays cross the planes of some triangles, and which of these they seem to meet.
+/// Where some rays cross the planes of some triangles, and which of these they meet.
 template <class Vec>
 struct PlaneCrossing {
   PairTermsOf<Vec> terms;
@@ -282,13 +282,11 @@ struct PlaneCrossing {
         meet(hn::And(PassesInside(terms), MeetsInDepth(rays, t, terms.den))) {}
 };
 
-/// What is left to find out where some lanes seem to meet.
-template <class Ray, class Corners>
-HWY_INLINE FacetCrossing FinishCrossing(const Ray& ray, const TestRaysOf<EightPart>& rays,
-                                        const PlaneCrossing<EightPart>& plane,
-                                        const Corners& corners) {
+/// What is left to find out where some lanes meet.
+HWY_INLINE FacetCrossing FinishCrossing(const TestRaysOf<EightPart>& rays,
+                                        const PlaneCrossing<EightPart>& plane) {
   FacetCrossing crossing;
-  crossing.lanes = EnterOwnBoxes(ray, rays, corners, plane.meet, crossing.entry);
+  crossing.lanes = Bits(kEightTag, plane.meet);
   crossing.within_limit = Bits(kEightTag, IsWithinLimit(rays, plane.t, plane.terms.den));
   crossing.t = hn::Div(plane.t, plane.terms.den);
   crossing.u = plane.terms.u;
@@ -306,7 +304,7 @@ HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<Eight
   if constexpr (!kRobust) {
     const PlaneCrossing<EightPart> plane(rays, triangles);
     if (HWY_LIKELY(hn::AllFalse(kEightTag, plane.meet))) return crossing;
-    return FinishCrossing(ray, rays, plane, corners);
+    return FinishCrossing(rays, plane);
   }
   CornerLanes all;
   for (int axis = 0; axis < 3; ++axis) all.Set(axis, corners.OnAxis(axis));
@@ -316,7 +314,7 @@ HWY_INLINE FacetCrossing CrossFacets(const Ray& ray, const TestTrianglesOf<Eight
   crossing.t = hn::Div(Dot(triangles.ng, terms.v0), terms.den);
   meet = hn::And(meet, MeetsAtDistance(rays, crossing.t));
   if (hn::AllFalse(kEightTag, meet)) return crossing;
-  crossing.lanes = EnterOwnBoxes(ray, rays, corners, meet, crossing.entry);
+  crossing.lanes = Bits(kEightTag, meet);
   crossing.within_limit = crossing.lanes;
   crossing.u = terms.u;
   crossing.v = terms.v;

@@ -7,7 +7,7 @@
 #define DACRT_LEAF_ENTERING_INL_H_
 #endif
 
-#include "geometry/corner-inl.h"
+#include "geometry/lone_box-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "leaf/leaf_names.h"
 #include "leaf/take_hit.h"
@@ -49,18 +49,11 @@ HWY_INLINE uint32_t EnterItems(const LeafBlock& block, const RayRecord& ray, flo
 /// together: by the operations of EnterItems, the axes side by side.
 HWY_INLINE bool EntersOnlyItem(const LeafBlock& block, const RayRecord& ray) {
 #if HWY_TARGET != HWY_SCALAR
-  const auto org = hn::Load(kCornerTag, ray.org), reciprocal = hn::Load(kCornerTag, ray.reciprocal);
-  const auto plane = [&](CornerPart corner)
-                         HWY_ATTR { return hn::Mul(hn::Sub(corner, org), reciprocal); };
-  const auto t0 = plane(WidenDown(hn::LoadU(kCornerTag, block.bounds_data())));
-  const auto t1 = plane(WidenUp(hn::LoadU(kCornerTag, block.bounds_data() + 3)));
-  const auto near = hn::Min(t0, t1), far = hn::Max(t0, t1);
-  SlabsOf<CornerPart> slabs;
-  slabs.entry = hn::Max(hn::Max(near, hn::Broadcast<1>(near)), hn::Broadcast<2>(near));
-  slabs.exit = hn::Min(hn::Min(far, hn::Broadcast<1>(far)), hn::Broadcast<2>(far));
-  const auto enters =
-      Enters(slabs.Interval(), hn::Set(kCornerTag, ray.tnear), hn::Set(kCornerTag, ray.tfar));
-  return (Bits(kCornerTag, enters) & 1) != 0;
+  const LoneLine line{hn::Load(kCornerTag, ray.org), hn::Load(kCornerTag, ray.reciprocal),
+                      ray.tnear};
+  const LoneBox box{WidenDown(hn::LoadU(kCornerTag, block.bounds_data())),
+                    WidenUp(hn::LoadU(kCornerTag, block.bounds_data() + 3))};
+  return Enters(line, box, ray.tfar);
 #else
   HWY_ALIGN float entry[kLeafLanes];
   return EnterItems(block, ray, entry) != 0;

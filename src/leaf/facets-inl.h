@@ -12,8 +12,8 @@
 
 #include <optional>
 
-#include "leaf/cross_facets-inl.h"
 #include "leaf/finish_hit-inl.h"
+#include "leaf/own_box-inl.h"
 #include "leaf/take_hit.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -209,13 +209,42 @@ class FacetTest {
                           const Corners& corners, size_t part, const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
     if (kQuery == Query::kAny && ray.tfar < 0) return;
-    const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
+    FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
-    TakeCrossing<kInLeaf>(number, crossing, triangles, part, timed);
+    if constexpr (kInLeaf && kQuery == Query::kClosest) {
+      if (HWY_LIKELY(TakeNearest(number, crossing, corners, part))) return;
+    }
+    const EightPart keys = KeepInOwnBoxes(SpreadRay{ray}, corners, crossing);
+    if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, keys, triangles, part, timed);
+  }
+
+  /// Offers a closest-hit ray what it meets, where no more is to be asked than whether the nearest
+  /// triangle counts; false, and nothing was done, where there is.
+  template <class Corners>
+  HWY_INLINE bool TakeNearest(RayNumber number, const FacetCrossing& crossing,
+                              const Corners& corners, size_t part) const {
+    if (HWY_UNLIKELY(task_.checks_masks || task_.scene.geometries.shapes().has_filters(kQuery))) {
+      return false;
+    }
+    RayRecord& ray = task_.rays[number];
+    float nearest = ray.tfar;
+    size_t lane;
+    const bool at_limit = (ray.state & RayRecord::kAtLimit) != 0;
+    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, nearest, lane))) return false;
+    if (lane == kPartLanes) return true;
+    const size_t block_lane = part * kPartLanes + lane;
+    if (!task_.asks_boxes_last &&
+        HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray}, corners, block_, block_lane, nearest))) {
+      return false;
+    }
+    SetHit(ray, nearest,
+           RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
+           leaf_.bits());
+    return true;
   }
 
   template <bool kInLeaf>
-  HWY_INLINE void TakeCrossing(RayNumber number, const FacetCrossing& crossing,
+  HWY_INLINE void TakeCrossing(RayNumber number, const FacetCrossing& crossing, EightPart its_keys,
                                const TestTrianglesOf<EightPart>& triangles, size_t part,
                                const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
@@ -223,12 +252,12 @@ class FacetTest {
     // time.
     const bool names_wait = kInLeaf || (kQuery == Query::kAny && timed == nullptr);
     if (!names_wait || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
-      TakeLanes<kInLeaf>(number, crossing, triangles, part, timed);
+      TakeLanes<kInLeaf>(number, crossing, its_keys, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);
     } else {
       HWY_ALIGN float keys[kPartLanes];
-      hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+      hn::Store(its_keys, kEightTag, keys);
       for (uint64_t lanes = crossing.lanes; lanes != 0; lanes &= lanes - 1) {
         size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
         if (HWY_UNLIKELY(keys[lane] == ray.tfar)) {
@@ -293,13 +322,13 @@ class FacetTest {
   }
 
   template <bool kInLeaf>
-  HWY_NOINLINE void TakeLanes(RayNumber number, const FacetCrossing& crossing,
+  HWY_NOINLINE void TakeLanes(RayNumber number, const FacetCrossing& crossing, EightPart keys,
                               const TestTrianglesOf<EightPart>& triangles, size_t part,
                               const TimedFacets* timed) const {
     HWY_ALIGN float key[kPartLanes], t[kPartLanes], u[kPartLanes], v[kPartLanes];
     HWY_ALIGN float ng[3][kPartLanes];
     const EightPart one = hn::Set(kEightTag, 1.0f);
-    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, key);
+    hn::Store(keys, kEightTag, key);
     hn::Store(crossing.t, kEightTag, t);
     hn::Store(hn::Min(hn::Div(crossing.u, crossing.divisor), one), kEightTag, u);
     hn::Store(hn::Min(hn::Div(crossing.v, crossing.divisor), one), kEightTag, v);

@@ -63,8 +63,9 @@ HWY_INLINE FullHit HitOf(const SceneParts& scene, uint32_t instance_id, Geometry
   return hit;
 }
 
-/// Some rays with the triangles that they hit, a lane each.
-template <class Tag>
+/// Some rays with the triangles that they hit, a lane each. With kAsksBoxes it is asked as well
+/// whether they enter the triangles' own boxes before.
+template <class Tag, bool kAsksBoxes = false>
 class FinishedHitsOf {
  public:
   explicit FinishedHitsOf(const TraceTask& task) : task_(task) {}
@@ -91,7 +92,8 @@ class FinishedHitsOf {
   size_t count() const { return count_; }
   RayNumber number(size_t i) const { return numbers_[i]; }
 
-  /// Calls `take(i, geometry, hit)` for each, and is empty then.
+  /// Calls `take(i, geometry, hit)` for each, and is empty then. With kAsksBoxes `take` has one
+  /// more argument: whether the hit counts, and its key is its distance (see triangle_test-inl.h).
   template <class Take>
   HWY_INLINE void Finish(const Take& take) {
     for (size_t i = count_; i < kMost; ++i) CopyLane(0, i);
@@ -117,6 +119,7 @@ class FinishedHitsOf {
       u = hn::Div(terms.u, terms.den);
       w = hn::Div(terms.v, terms.den);
     }
+    const uint64_t enter = kAsksBoxes ? EnterOwnBoxes(rays, v, t) : 0;
     const Vec one = hn::Set(Tag(), 1.0f);
     HWY_ALIGN float out[6][kMost];
     hn::Store(t, Tag(), out[0]);
@@ -127,15 +130,30 @@ class FinishedHitsOf {
     }
     for (size_t i = 0; i < count_; ++i) {
       const GeometryTable::Name name = NameOf(task_.scene.geometries, *places_[i], geometries_[i]);
-      take(i, name.geometry,
-           HitOf(task_.scene, task_.instance_id, name, is_second_[i], out[0][i], out[1][i],
-                 out[2][i], out[3][i], out[4][i], out[5][i]));
+      const FullHit hit = HitOf(task_.scene, task_.instance_id, name, is_second_[i], out[0][i],
+                                out[1][i], out[2][i], out[3][i], out[4][i], out[5][i]);
+      if constexpr (kAsksBoxes) {
+        take(i, name.geometry, hit, (enter >> i & 1) != 0);
+      } else {
+        take(i, name.geometry, hit);
+      }
     }
     count_ = 0;
   }
 
  private:
   using Vec = hn::Vec<Tag>;
+
+  /// Lanes that enter their triangles' own boxes before `t`.
+  HWY_INLINE uint64_t EnterOwnBoxes(const TestRaysOf<Vec>& rays, const Vec (*v)[3], Vec t) const {
+    SlabsOf<Vec> slabs;
+    for (int axis = 0; axis < 3; ++axis) {
+      slabs.Cut(axis, OwnLower(v[0][axis], v[1][axis], v[2][axis]),
+                OwnUpper(v[0][axis], v[1][axis], v[2][axis]), rays.org[axis],
+                hn::Load(Tag(), reciprocal_[axis]));
+    }
+    return Bits(Tag(), Enters(slabs.Interval(), hn::Load(Tag(), tnear_), t));
+  }
 
   HWY_INLINE void Add(RayNumber number, const RayRecord& ray, size_t block_lane,
                       const LeafBlock& block) {
@@ -179,7 +197,9 @@ class FinishedHitsOf {
     for (int axis = 0; axis < 3; ++axis) {
       org_[axis][count_] = ray.org[axis];
       dir_[axis][count_] = ray.dir[axis];
+      if constexpr (kAsksBoxes) reciprocal_[axis][count_] = ray.reciprocal[axis];
     }
+    if constexpr (kAsksBoxes) tnear_[count_] = ray.tnear;
     // Its name, which is far away, is wanted last.
     places_[count_] = task_.partition.order + place;
     hwy::Prefetch(places_[count_]);
@@ -199,6 +219,8 @@ class FinishedHitsOf {
   const TraceTask& task_;
   HWY_ALIGN float org_[3][kMost];
   HWY_ALIGN float dir_[3][kMost];
+  HWY_ALIGN float reciprocal_[3][kMost];
+  HWY_ALIGN float tnear_[kMost];
   HWY_ALIGN float corner_[3][3][kMost];
   const uint32_t* places_[kMost];
   uint32_t geometries_[kMost];

@@ -63,14 +63,6 @@ class NodeBuilder {
  private:
   /// The binary partition: a range stands before those that it is split into.
   bool SplitAll(const WeighedRange& all, float scale) {
-    struct Open {
-      WeighedRange range;
-      uint32_t number;
-    };
-    // Of two sides the smaller one is next: so half as many references are left with each place.
-    Open open[8 * sizeof(size_t)];
-    size_t open_count = 0;
-    open[open_count++] = {all, 0};
     const auto keep = [&](uint32_t number, const WeighedRange& range, uint32_t parent) {
       BinaryRange& kept = ranges_[number];
       kept.bounds = range.range.bounds;
@@ -82,8 +74,9 @@ class NodeBuilder {
     };
     keep(0, all, 0);
     range_count_ = 1;
-    while (open_count > 0) {
-      const Open next = open[--open_count];
+    OpenRanges open({all, 0});
+    while (!open.is_empty()) {
+      const OpenRange next = open.Take();
       if (leaves_.IsLeaf(next.range)) continue;
       if (range_count_ + 2 > ranges_.size()) return false;
       const WeighedChildren halves = SplitRange(kind_, refs_, next.range, scratch_);
@@ -93,10 +86,7 @@ class NodeBuilder {
       keep(first, halves.left, next.number);
       keep(first + 1, halves.right, next.number);
       range_count_ += 2;
-      const bool left_is_larger = halves.left.range.count() > halves.right.range.count();
-      const Open left{halves.left, first}, right{halves.right, first + 1};
-      open[open_count++] = left_is_larger ? left : right;
-      open[open_count++] = left_is_larger ? right : left;
+      open.Add({halves.left, first}, {halves.right, first + 1});
     }
     return true;
   }

@@ -48,6 +48,32 @@ struct WeighedChildren {
   WeighedRange right;
 };
 
+/// A range that may be split, and its number, if it has one.
+struct OpenRange {
+  WeighedRange range;
+  uint32_t number;
+};
+
+/// Those that are left. Of two sides the smaller one is next: so half as many references are left
+/// with each place.
+class OpenRanges {
+ public:
+  explicit OpenRanges(const OpenRange& first) { open_[count_++] = first; }
+
+  bool is_empty() const { return count_ == 0; }
+  HWY_INLINE OpenRange Take() { return open_[--count_]; }
+
+  HWY_INLINE void Add(const OpenRange& left, const OpenRange& right) {
+    const bool left_is_larger = left.range.range.count() > right.range.range.count();
+    open_[count_++] = left_is_larger ? left : right;
+    open_[count_++] = left_is_larger ? right : left;
+  }
+
+ private:
+  OpenRange open_[8 * sizeof(size_t)];
+  size_t count_ = 0;
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt
 HWY_AFTER_NAMESPACE();

@@ -57,8 +57,10 @@ class GroupFacets {
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
       ForEachLane(active, [&](size_t lane) HWY_ATTR {
         const SpreadLane<kMost> ray{lanes_, lane};
-        met |= static_cast<uint32_t>(CrossFacets<false>(ray, triangles, corners).lanes)
-               << (part * kPartLanes);
+        FacetCrossing crossing = CrossFacets<false>(ray, triangles, corners);
+        if (HWY_LIKELY(crossing.lanes == 0)) return;
+        KeepInOwnBoxes(ray, corners, crossing);
+        met |= static_cast<uint32_t>(crossing.lanes) << (part * kPartLanes);
       });
     });
     return met;
@@ -86,11 +88,14 @@ class GroupFacets {
                                LaneMask& active) {
     for (LaneMask left = active; left != 0; left &= left - 1) {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
-      const FacetCrossing crossing =
-          CrossFacets<false>(SpreadLane<kMost>{lanes_, lane}, triangles, corners);
+      const SpreadLane<kMost> ray{lanes_, lane};
+      FacetCrossing crossing = CrossFacets<false>(ray, triangles, corners);
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
+      // One box alone would cost as much: the ray's values are not side by side.
+      const EightPart keys = KeepInOwnBoxes(ray, corners, crossing);
+      if (crossing.lanes == 0) continue;
       if constexpr (kQuery == Query::kClosest) {
-        TakeOne(leaf, block, part, lane, crossing, triangles);
+        TakeOne(leaf, block, part, lane, crossing, keys, triangles);
       } else if ((crossing.lanes & crossing.within_limit) != 0) {
         lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
         active &= ~(LaneMask{1} << lane);
@@ -100,10 +105,10 @@ class GroupFacets {
 
   /// Offers the ray in a lane the triangles that it meets.
   HWY_INLINE void TakeOne(ChildWord leaf, const LeafBlock& block, size_t part, size_t lane,
-                          const FacetCrossing& crossing,
+                          const FacetCrossing& crossing, EightPart its_keys,
                           const TestTrianglesOf<EightPart>& triangles) {
     HWY_ALIGN float keys[kPartLanes];
-    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys);
+    hn::Store(its_keys, kEightTag, keys);
     size_t taken = kPartLanes;
     ForEachLane(crossing.lanes, [&](size_t i) HWY_ATTR {
       const size_t block_lane = part * kPartLanes + i;

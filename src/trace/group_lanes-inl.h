@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "geometry/four_by_four-inl.h"
+#include "geometry/lone_box-inl.h"
 #include "geometry/ray_box-inl.h"
 #include "geometry/wide_node-inl.h"
 #include "rays/load_records-inl.h"
@@ -390,6 +391,13 @@ struct SpreadLane {
   HWY_INLINE EightPart start() const { return hn::Set(kEightTag, lanes.start[lane]); }
   HWY_INLINE EightPart tnear() const { return hn::Set(kEightTag, lanes.tnear[lane]); }
   HWY_INLINE EightPart tfar() const { return hn::Set(kEightTag, lanes.tfar[lane]); }
+
+#if HWY_TARGET != HWY_SCALAR
+  HWY_INLINE LoneLine line() const {
+    return {LoadAcross(&lanes.org[0][lane], kMost), LoadAcross(&lanes.reciprocal[0][lane], kMost),
+            lanes.tnear[lane]};
+  }
+#endif
 };
 
 }  // namespace HWY_NAMESPACE

@@ -7,8 +7,8 @@
 #define DACRT_TRACE_LONE_HIT_INL_H_
 #endif
 
-#include "leaf/cross_facets-inl.h"
 #include "leaf/finish_hit-inl.h"
+#include "leaf/own_box-inl.h"
 #include "rays/write_record-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -119,10 +119,10 @@ class LoneCandidates {
   LoneCandidates() {}  // nothing is cleared but what says that there are none
 
   HWY_INLINE void Keep(const SceneParts& scene, uint32_t instance_id, const LeafBlock& block,
-                       size_t part, const FacetCrossing& crossing,
+                       size_t part, const FacetCrossing& crossing, EightPart key,
                        const TestTrianglesOf<EightPart>& triangles) {
     hits_.Keep(scene, instance_id, block, part, 0, crossing, triangles);
-    hn::Store(hn::Max(crossing.t, crossing.entry), kEightTag, keys_);
+    hn::Store(key, kEightTag, keys_);
     lanes_ = crossing.lanes;
     within_limit_ = crossing.within_limit;
   }

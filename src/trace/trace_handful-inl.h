@@ -90,35 +90,31 @@ class HandfulTracer {
     return lanes_.WithEndsFrom(open.distance, open.lanes);
   }
 
+  /// False if there is more to ask than whether the nearest triangle counts.
   HWY_INLINE bool Test(const LeafBlock& block, LaneMask lanes) {
     const LeafCorners<CornerLayout::kPrepared> corners{block, 0};
     for (; lanes != 0; lanes &= lanes - 1) {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
+      const SpreadLane<kPacketRays> ray{lanes_, lane};
       const auto triangles = corners.Triangles();
-      const FacetCrossing crossing =
-          CrossFacets<false>(SpreadLane<kPacketRays>{lanes_, lane}, triangles, corners.Again());
+      FacetCrossing crossing = CrossFacets<false>(ray, triangles, corners.Again());
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
+      if constexpr (kQuery == Query::kAny) KeepInOwnBoxes(ray, corners.Again(), crossing);
+      float limit = lanes_.tfar[lane];
+      size_t taken;
+      const bool at_limit = (with_hit_ >> lane & 1) == 0;
+      if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, limit, taken))) return false;
+      if (taken == kPartLanes) continue;
       if constexpr (kQuery == Query::kAny) {
-        if ((crossing.lanes & crossing.within_limit) != 0) looking_ &= ~(LaneMask{1} << lane);
-      } else if (!Take(block, lane, crossing, triangles)) {
+        looking_ &= ~(LaneMask{1} << lane);
+      } else if (HWY_UNLIKELY(!EntersOwnBox(ray, corners.Again(), block, taken, limit))) {
         return false;
+      } else {
+        lanes_.tfar[lane] = limit;
+        with_hit_ |= LaneMask{1} << lane;
+        hits_[lane].Keep(scene_, instance_id_, block, 0, taken, crossing, triangles);
       }
     }
-    return true;
-  }
-
-  /// The nearest of the triangles that the ray of a lane meets, if it is nearer than what it has;
-  /// false if names decide.
-  HWY_INLINE bool Take(const LeafBlock& block, size_t lane, const FacetCrossing& crossing,
-                       const TestTrianglesOf<EightPart>& triangles) {
-    const bool at_limit = (with_hit_ >> lane & 1) == 0;
-    float nearest = lanes_.tfar[lane];
-    size_t taken;
-    if (HWY_UNLIKELY(!crossing.FindNearest(at_limit, nearest, taken))) return false;
-    if (taken == kPartLanes) return true;
-    lanes_.tfar[lane] = nearest;
-    with_hit_ |= LaneMask{1} << lane;
-    hits_[lane].Keep(scene_, instance_id_, block, 0, taken, crossing, triangles);
     return true;
   }
 

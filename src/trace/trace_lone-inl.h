@@ -80,7 +80,7 @@ class LoneTracer {
   /// Where a ray meets triangles, who decides whether it has hit one: masks, filter functions and
   /// names are asked where there are such.
   enum class Asks {
-    kNobody,  ///< its distance, and where that is not enough, others
+    kNobody,  ///< its distance and its own box, and where these are not enough, others
     kOthers,  ///< others, to whom the walk leaves it
     kAtOnce,  ///< it is asked here
   };
@@ -197,21 +197,25 @@ class LoneTracer {
   HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part,
                                const TestTrianglesOf<EightPart>& triangles,
                                const Corners& corners) {
-    const FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners);
+    FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
     if (kAsks == Asks::kAtOnce || (kAsks == Asks::kOthers && HasToAsk(block))) {
-      call_.candidates.Keep(scene_, instance_id_, block, part, crossing, triangles);
+      const EightPart key = KeepInOwnBoxes(SpreadRay{ray_}, corners, crossing);
+      if (crossing.lanes == 0) return WalkStep::kNext;
+      call_.candidates.Keep(scene_, instance_id_, block, part, crossing, key, triangles);
       return kAsks == Asks::kAtOnce ? TakeAsking() : WalkStep::kLeave;
     }
-    if constexpr (kQuery == Query::kAny) {
-      return (crossing.lanes & crossing.within_limit) != 0 ? Block() : WalkStep::kNext;
-    }
-    float nearest = ray_.tfar;
+    float limit = ray_.tfar;
     size_t taken;
     const bool at_limit = (ray_.state & RayRecord::kAtLimit) != 0;
-    if (HWY_UNLIKELY(!crossing.FindNearest(at_limit, nearest, taken))) return WalkStep::kLeave;
+    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, limit, taken))) return WalkStep::kLeave;
     if (taken == kPartLanes) return WalkStep::kNext;
-    SetHit(ray_, nearest, 0, 0);
+    const size_t block_lane = part * kPartLanes + taken;
+    if (HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray_}, corners, block, block_lane, limit))) {
+      return WalkStep::kLeave;
+    }
+    if constexpr (kQuery == Query::kAny) return Block();
+    SetHit(ray_, limit, 0, 0);
     call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles);
     return WalkStep::kNext;
   }

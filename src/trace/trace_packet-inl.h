@@ -60,18 +60,21 @@ HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) 
 /// against all children at once where eight fit a vector, and is seldom worse then. With AVX2 only
 /// (Zen 3), packets of 16 one by one and as groups: ambient rays 201 and 128 ns a ray in the
 /// kitchen, 443 and 327 in Sponza, 196 and 141 in Sibenik, diffuse ones 482 and 373, 966 and 845,
-/// 486 and 436. With AVX-512 (Sapphire Rapids), ambient and diffuse rays, of seven scenes in the
-/// mean: as groups, packets of 16 took .81 and .90 times as long as one by one, of 8 .96 and 1.07,
-/// of 4 1.10 and 1.16. With SSE4.2 (Zen 3), in three scenes, of 8 1.25 and 1.29, of 4 1.40
-/// and 1.43.
+/// 486 and 436. Packets of 4 of closest hits leave half of the vectors empty, in which their rays
+/// are tested against triangles: diffuse ones, as groups and one by one (Zen 1), 470 and 426, 1,136
+/// and 1,042, 665 and 590. With AVX-512 (Sapphire Rapids), ambient and diffuse rays, of seven
+/// scenes in the mean: as groups, packets of 16 took .81 and .90 times as long as one by one, of 8
+/// .96 and 1.07, of 4 1.10 and 1.16. With SSE4.2 (Zen 3), in three scenes, of 8 1.25 and 1.29, of
+/// 4 1.40 and 1.43.
 template <Query kQuery>
 HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacketRays>& lanes,
                                LaneMask active) {
   constexpr bool kIsAny = kQuery == Query::kAny;
-  constexpr size_t kFew = kParts > 1                  ? policy::kFewApart
-                          : kVectorRays < kPacketRays ? policy::kFewRays
-                          : kIsAny                    ? policy::kFewOfAnyInVector
-                                                      : policy::kFewApart;
+  constexpr size_t kFew = kParts > 1 ? policy::kFewApart
+                          : kVectorRays < kPacketRays
+                              ? (kIsAny ? policy::kFewRays : kVectorRays / 2)
+                          : kIsAny ? policy::kFewOfAnyInVector
+                                   : policy::kFewApart;
   // Of any hits in a small scene all are soon found.
   constexpr size_t kFewInSmall = kIsAny ? 0 : HWY_MIN(kFew, policy::kFewInSmallScene);
   const size_t count = hwy::PopCount(active);

@@ -73,6 +73,9 @@ struct TraceTask {
   /// By ray number, or null: where many rays are sorted, those of the next one that is asked for
   /// are in no cache.
   const RayTag* tags = nullptr;
+  /// Whether closest hits that are known by leaf and lane are asked last whether the ray enters the
+  /// triangle's own box (see trace_view-inl.h).
+  bool asks_boxes_last = false;
 
   /// The number of a ray outside.
   RayNumber OuterOf(RayNumber ray) const { return outer_rays ? outer_rays[ray] : ray; }

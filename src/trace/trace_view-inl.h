@@ -22,17 +22,41 @@ namespace HWY_NAMESPACE {
 /// the hits are written.
 constexpr size_t kFetchHits = 8, kFetchCallers = 16;
 
+/// Traces a loaded ray once more, which asks every box at once. Returns whether it has a hit.
+HWY_NOINLINE bool TraceAgain(const TraceTask& task, RayNumber number, ListMemory lists,
+                             FullHit& hit) {
+  TraceTask again = task;
+  again.asks_boxes_last = false;
+  RayRecord& ray = task.rays[number];
+  LoadRay(RecordLayout(*task.frame.view), task.frame.first + task.callers[number], ray);
+  OneTracer<Query::kClosest>(again).Trace(task.scene.kept->root(), number, lists);
+  if (!(ray.state & RayRecord::kHasHit)) return false;
+  uint32_t geometry;
+  hit = again.HitOf(number, geometry);
+  return true;
+}
+
 /// Writes what the loaded closest-hit rays have found to the caller's records. Returns how many
 /// found something.
-inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded) {
+inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded, ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
   const auto caller_of = [&](size_t ray) { return task.frame.first + task.callers[ray]; };
   const auto has_hit = [&](size_t ray) { return task.rays[ray].state & RayRecord::kHasHit; };
-  FinishedHits finished(task);
+  FinishedHitsOf<EightTag, true> finished(task);
   size_t stored = 0;
   const auto finish = [&]() HWY_ATTR {
-    finished.Finish([&](size_t i, uint32_t, const FullHit& hit)
-                        HWY_ATTR { layout.WriteHit(caller_of(finished.number(i)), hit); });
+    finished.Finish([&](size_t i, uint32_t, const FullHit& found, bool counts) HWY_ATTR {
+      const RayNumber number = finished.number(i);
+      if (HWY_LIKELY(counts || !task.asks_boxes_last)) {
+        return layout.WriteHit(caller_of(number), found);
+      }
+      FullHit hit;
+      if (TraceAgain(task, number, lists, hit)) {
+        layout.WriteHit(caller_of(number), hit);
+      } else {
+        --stored;
+      }
+    });
   };
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
     const size_t end = loaded.end[octant];
@@ -43,7 +67,7 @@ inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded) {
       if (task.rays[i].state & RayRecord::kInLeaf) {
         finished.Prefetch(task.rays[i + kFetchHits]);
         finished.Add(static_cast<RayNumber>(i));
-        if (finished.count() == FinishedHits::kMost) finish();
+        if (finished.count() == finished.kMost) finish();
       } else {
         layout.WriteHit(caller_of(i), task.hits[i]);
       }
@@ -139,6 +163,8 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   if (loaded.count == 0) return;
   if (tags) KeepTags(task, loaded, tags);
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
+  // Where nobody would see that a ray is traced twice.
+  task.asks_boxes_last = kQuery == Query::kClosest && !task.scene.has_callbacks;
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
     LearntOrder& learnt = LearntAbout(task.scene.kept.get()).order_of_rays;
@@ -150,7 +176,7 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
     TraceLoaded<kQuery>(task, loaded, lists);
   }
   const size_t stored =
-      kQuery == Query::kAny ? StoreBlocked(task, loaded) : StoreHits(task, loaded);
+      kQuery == Query::kAny ? StoreBlocked(task, loaded) : StoreHits(task, loaded, lists);
   if (task.statistics) task.statistics->hits += stored;
 }
 
