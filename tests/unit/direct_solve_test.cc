@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "grazed_slab.h"
 #include "unit_test.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -84,8 +85,8 @@ class Solver {
     const RayView no_view;
     const CallOptions options;
     const CallFrame frame{&no_view, nullptr, 0, options, UINT32_MAX};
-    const PaperTask task{scene_,     settings,   refs,   memory.batch,
-                         *scratch_,  statistics, clock_, frame};
+    const PaperTask task{scene_,    settings,   refs,   memory.batch,
+                         *scratch_, statistics, clock_, frame};
     std::vector<Answer> answers;
     for (size_t first = 0; first < rays.size(); first += block_rays) {
       const RayBlock block = memory.Push(rays.subspan(first, block_rays), first);
@@ -195,37 +196,17 @@ void OrderAndGroupingDoNotMatter() {
   }
 }
 
-// Small triangles, far away and nearly parallel to the ray: t is off by more than their box is
-// deep. A distance that was moved into the box for comparing, and not for the depth test against
+// A distance that was moved into the box for comparing, and not for the depth test against
 // what had been found before, made the hit depend on the order.
 void OrderDoesNotMatterFarAwayAtGrazingAngles() {
   Random random(3);
   for (int round = 0; round < 400; ++round) {
-    const float distance = std::exp2(random.Uniform(4, 12));
-    const float size = std::exp2(random.Uniform(-8, 0));
-    const float flatness = std::exp2(random.Uniform(-16, -8));
-    const Float3 org = random.InCube(-1, 1), way = random.Direction();
-    // Triangles in a slab that contains the way: squeezed along a normal of it.
-    Float3 normal = random.Direction();
-    const auto dot = [](const Float3& a, const Float3& b)
-                         HWY_ATTR { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-    const float along = dot(normal, way);
-    for (size_t axis = 0; axis < 3; ++axis) normal[axis] -= along * way[axis];
-    const auto point_in_slab = [&]() HWY_ATTR {
-      Float3 point = random.InCube(-size, size);
-      const float height = (1 - flatness) * dot(point, normal) / dot(normal, normal);
-      for (size_t axis = 0; axis < 3; ++axis) {
-        point[axis] += org[axis] + distance * way[axis] - height * normal[axis];
-      }
-      return point;
-    };
+    unit::GrazedSlab slab(random);
     Mesh mesh;
-    for (int i = 0; i < 20; ++i) mesh.Add(point_in_slab(), point_in_slab(), point_in_slab());
+    for (int i = 0; i < 20; ++i) mesh.Add(slab.Point(), slab.Point(), slab.Point());
     std::vector<Ray> rays;
     for (int i = 0; i < 40; ++i) {
-      Float3 dir = point_in_slab();
-      for (size_t axis = 0; axis < 3; ++axis) dir[axis] -= org[axis];
-      rays.push_back(unit::MakeRay(org, dir));
+      rays.push_back(slab.MakeGrazingRay());
       if (i % 4 == 0) rays.back().tfar = random.Uniform(0.999f, 1.001f);
     }
     Solver solver({mesh});

@@ -5,13 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "film.h"
+#include "grazed_slab.h"
 #include "kept_trace.h"
 
 namespace dacrt {
@@ -24,36 +24,16 @@ using unit::Mesh;
 class OwnBoxTest : public unit::OnEachInstructionSet {};
 INSTANTIATE_ON_EACH_INSTRUCTION_SET(OwnBoxTest);
 
-/// Slabs far away, thin and full of triangles, each of which contains the way from one origin of
-/// rays.
+/// Some that are full of triangles, each with rays that come to it.
 struct Slabs {
   static constexpr int kTriangles = 20, kRays = 100;
 
   Slabs(unit::Random& random, int count) {
-    for (int slab = 0; slab < count; ++slab) {
-      const float distance = std::exp2(random.Uniform(4, 12));
-      const float size = std::exp2(random.Uniform(-8, 0));
-      const float flatness = std::exp2(random.Uniform(-16, -8));
-      const Float3 org = random.InCube(-1, 1), way = random.Direction();
-      const auto dot = [](const Float3& a, const Float3& b) {
-        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-      };
-      Float3 normal = random.Direction();
-      const float along = dot(normal, way);
-      for (std::size_t axis = 0; axis < 3; ++axis) normal[axis] -= along * way[axis];
-      const auto point = [&] {
-        Float3 at = random.InCube(-size, size);
-        const float height = (1 - flatness) * dot(at, normal) / dot(normal, normal);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          at[axis] += org[axis] + distance * way[axis] - height * normal[axis];
-        }
-        return at;
-      };
-      for (int i = 0; i < kTriangles; ++i) mesh.Add(point(), point(), point());
+    for (int done = 0; done < count; ++done) {
+      unit::GrazedSlab slab(random);
+      for (int i = 0; i < kTriangles; ++i) mesh.Add(slab.Point(), slab.Point(), slab.Point());
       for (int i = 0; i < kRays; ++i) {
-        Float3 dir = point();
-        for (std::size_t axis = 0; axis < 3; ++axis) dir[axis] -= org[axis];
-        unit::Ray ray = unit::MakeRay(org, dir);
+        unit::Ray ray = slab.MakeGrazingRay();
         if (i % 4 == 0) ray.tfar = random.Uniform(0.999f, 1.001f);
         rays.push_back(unit::FullRayOf(ray));
       }
