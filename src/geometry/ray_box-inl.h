@@ -162,18 +162,21 @@ struct SlackReciprocals {
   }
 };
 
-/// The slab test axis by axis.
+/// Where a ray is between two planes of an axis, or of several axes.
 template <class Vec>
 struct SlabsOf {
   Vec entry, exit;
 
-  /// The slab of an axis, of which 0 comes first.
-  HWY_INLINE void Cut(int axis, Vec lower, Vec upper, Vec origin, Vec reciprocal) {
+  /// The slab of an axis.
+  static HWY_INLINE SlabsOf Of(Vec lower, Vec upper, Vec origin, Vec reciprocal) {
     const Vec t0 = hn::Mul(hn::Sub(lower, origin), reciprocal);
     const Vec t1 = hn::Mul(hn::Sub(upper, origin), reciprocal);
-    const Vec near = hn::Min(t0, t1), far = hn::Max(t0, t1);
-    entry = axis == 0 ? near : hn::Max(entry, near);
-    exit = axis == 0 ? far : hn::Min(exit, far);
+    return {hn::Min(t0, t1), hn::Max(t0, t1)};
+  }
+
+  HWY_INLINE void Cut(const SlabsOf& other) {
+    entry = hn::Max(entry, other.entry);
+    exit = hn::Min(exit, other.exit);
   }
 
   HWY_INLINE IntervalOf<Vec> Interval() const {
@@ -182,14 +185,21 @@ struct SlabsOf {
   }
 };
 
+/// The slab test axis by axis: `slab(axis)` is the slab of one.
+template <class Slab>
+HWY_INLINE auto IntersectSlabs(const Slab& slab) {
+  auto slabs = slab(0);
+  slabs.Cut(slab(1));
+  slabs.Cut(slab(2));
+  return slabs.Interval();
+}
+
 template <class Vec>
 HWY_INLINE IntervalOf<Vec> IntersectBox(const WideBoxOf<Vec>& box, const Vec* origin,
                                         const Vec* reciprocal) {
-  SlabsOf<Vec> slabs;
-  for (int axis = 0; axis < 3; ++axis) {
-    slabs.Cut(axis, box.lower[axis], box.upper[axis], origin[axis], reciprocal[axis]);
-  }
-  return slabs.Interval();
+  return IntersectSlabs([&](int axis) HWY_ATTR {
+    return SlabsOf<Vec>::Of(box.lower[axis], box.upper[axis], origin[axis], reciprocal[axis]);
+  });
 }
 
 /// Rays that are in the box somewhere in [max(tnear, 0), tfar].

@@ -149,9 +149,10 @@ class FacetTest {
       if (part * kPartLanes >= block_.lanes) return;
       const CornerLanes corners = DecodeCorners(block_, part);
       const auto triangles = corners.Triangles();
+      const CornersAndBoxes boxes(corners);
       for (size_t i = 0; i < count; ++i) {
         Fetch(list, i + kAhead, count);
-        TestRay<kInLeaf>(list[i], triangles, corners, part, nullptr);
+        TestRay<kInLeaf>(list[i], triangles, boxes, part, nullptr);
       }
     }
   }

@@ -146,13 +146,12 @@ class FinishedHitsOf {
 
   /// Lanes that enter their triangles' own boxes before `t`.
   HWY_INLINE uint64_t EnterOwnBoxes(const TestRaysOf<Vec>& rays, const Vec (*v)[3], Vec t) const {
-    SlabsOf<Vec> slabs;
-    for (int axis = 0; axis < 3; ++axis) {
-      slabs.Cut(axis, OwnLower(v[0][axis], v[1][axis], v[2][axis]),
-                OwnUpper(v[0][axis], v[1][axis], v[2][axis]), rays.org[axis],
-                hn::Load(Tag(), reciprocal_[axis]));
-    }
-    return Bits(Tag(), Enters(slabs.Interval(), hn::Load(Tag(), tnear_), t));
+    const auto interval = IntersectSlabs([&](int axis) HWY_ATTR {
+      return SlabsOf<Vec>::Of(OwnLower(v[0][axis], v[1][axis], v[2][axis]),
+                              OwnUpper(v[0][axis], v[1][axis], v[2][axis]), rays.org[axis],
+                              hn::Load(Tag(), reciprocal_[axis]));
+    });
+    return Bits(Tag(), Enters(interval, hn::Load(Tag(), tnear_), t));
   }
 
   HWY_INLINE void Add(RayNumber number, const RayRecord& ray, size_t block_lane,

@@ -32,15 +32,42 @@ template <class Ray, class Corners>
 HWY_INLINE EightPart KeepInOwnBoxes(const Ray& ray, const Corners& corners,
                                     FacetCrossing& crossing) {
   // Axis by axis, for want of registers.
-  SlabsOf<EightPart> slabs;
-  for (int axis = 0; axis < 3; ++axis) {
+  const auto interval = IntersectSlabs([&](int axis) HWY_ATTR {
     const PlanesOnAxis own = corners.OwnPlanes(axis);
-    slabs.Cut(axis, own.lower, own.upper, ray.org(axis), ray.reciprocal(axis));
-  }
-  const auto interval = slabs.Interval();
+    return SlabsOf<EightPart>::Of(own.lower, own.upper, ray.org(axis), ray.reciprocal(axis));
+  });
   crossing.lanes &= Bits(kEightTag, Enters(interval, ray.tnear(), ray.tfar()));
   return hn::Max(crossing.t, interval.entry);
 }
+
+/// Corners of triangles of which many rays may ask the own boxes: what is made of them for the
+/// first one is kept for the others.
+class CornersAndBoxes {
+ public:
+  HWY_INLINE explicit CornersAndBoxes(const CornerLanes& corners) : corners_(corners) {}
+
+  HWY_INLINE CornersOnAxis OnAxis(int axis) const { return corners_.OnAxis(axis); }
+  HWY_INLINE PlanesOnAxis OwnPlanes(int axis) const {
+    // Those of one triangle cost no more than to keep them.
+    if constexpr (kPartLanes == 1) return corners_.OwnPlanes(axis);
+    if (HWY_UNLIKELY(!has_planes_)) MakePlanes();
+    return {hn::Load(kEightTag, lower_[axis]), hn::Load(kEightTag, upper_[axis])};
+  }
+
+ private:
+  HWY_INLINE void MakePlanes() const {
+    for (int axis = 0; axis < 3; ++axis) {
+      const PlanesOnAxis own = corners_.OwnPlanes(axis);
+      hn::Store(own.lower, kEightTag, lower_[axis]);
+      hn::Store(own.upper, kEightTag, upper_[axis]);
+    }
+    has_planes_ = true;
+  }
+
+  const CornerLanes& corners_;
+  mutable bool has_planes_ = false;
+  HWY_ALIGN mutable float lower_[3][kPartLanes], upper_[3][kPartLanes];
+};
 
 #if HWY_TARGET != HWY_SCALAR
 

@@ -52,12 +52,100 @@ struct BroadcastPlanes {
   }
 };
 
+/// The children that some lanes of a group enter, where each ray is tested by itself against all of
+/// them, which fill a vector; `planes` are those that stand lower, and higher, or, with kOneOctant,
+/// those through which all of the rays enter and leave.
+template <size_t kMost, bool kOneOctant = false>
+class EnteredRayByRay {
+ public:
+  HWY_INLINE EnteredRayByRay(const GroupLanes<kMost>& group, const WideNode& node,
+                             const ChildPlanes& planes, LaneMask active) {
+    constexpr hn::RebindToUnsigned<EightTag> d;
+    auto nearest = hn::Set(kEightTag, std::numeric_limits<float>::infinity());
+    auto any = hn::Zero(d);
+    for (size_t half = 0; half < kHalves; ++half) {
+      auto rays = hn::Zero(d);
+      ForEachLane(active >> (32 * half) & UINT32_MAX, [&](size_t i) HWY_ATTR {
+        const SpreadLane<kMost> ray{group, 32 * half + i};
+        const IntervalOf<EightPart> inside = Intersect(planes, ray);
+        const EightPart entry = hn::Max(inside.entry, ray.start());
+        const auto enters = hn::Le(entry, hn::Min(inside.exit, ray.tfar()));
+        nearest = hn::Min(nearest, hn::IfThenElse(enters, entry, nearest));
+        rays = hn::Or(rays, hn::IfThenElseZero(hn::RebindMask(d, enters), hn::Set(d, 1u << i)));
+      });
+      hn::Store(rays, d, rays_[half]);
+      any = hn::Or(any, rays);
+    }
+    hn::Store(nearest, kEightTag, nearest_);
+    const auto is_entered = hn::RebindMask(kEightTag, hn::Ne(any, hn::Zero(d)));
+    children_ = static_cast<uint32_t>(Bits(kEightTag, is_entered)) & node.UsedChildren();
+  }
+
+  uint32_t children() const { return children_; }  ///< a bit each
+  /// Where the first ray enters a child.
+  float nearest(size_t child) const { return nearest_[child]; }
+  HWY_INLINE LaneMask LanesOf(size_t child) const {
+    LaneMask lanes = rays_[0][child];
+    if constexpr (kHalves == 2) lanes |= LaneMask{rays_[1][child]} << 32;
+    return lanes;
+  }
+
+ private:
+  static constexpr size_t kHalves = kMost > 32 ? 2 : 1;
+
+  static HWY_INLINE IntervalOf<EightPart> Intersect(const ChildPlanes& planes,
+                                                    const SpreadLane<kMost>& ray) {
+    if constexpr (kOneOctant) {
+      EightPart org[3], reciprocal[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        org[axis] = ray.org(axis);
+        reciprocal[axis] = ray.reciprocal(axis);
+      }
+      return IntersectPlanes(planes.near[0], planes.far[0], org, reciprocal);
+    } else {
+      return IntersectSlabs([&](int axis) HWY_ATTR {
+        return SlabsOf<EightPart>::Of(planes.near[0][axis], planes.far[0][axis], ray.org(axis),
+                                      ray.reciprocal(axis));
+      });
+    }
+  }
+
+  HWY_ALIGN uint32_t rays_[kHalves][WideNode::kWidth];  ///< half of the group, a bit a ray
+  HWY_ALIGN float nearest_[WideNode::kWidth];
+  uint32_t children_;
+};
+
+/// Opens the children that rays of a group enter, a bit each: `push(child)` for each.
+template <class Push>
+HWY_INLINE void OpenEntered(const TraceTask& task, WideNode& node, uint32_t entered,
+                            const Push& push) {
+  if (HWY_UNLIKELY(node.BareLeaves(entered)))
+    GiveLeavesGeometry(task, node, entered, PrepareFacets);
+  ForEachLane(entered, [&](size_t i) HWY_ATTR {
+    PrefetchChild(task.partition, node.Child(i));
+    push(i);
+  });
+}
+
+/// The same where each ray has been tested by itself.
+template <class Entered>
+HWY_INLINE void OpenEntered(const TraceTask& task, WideNode& node, const Entered& entered,
+                            OpenForLanes* open, size_t& count) {
+  OpenEntered(task, node, entered.children(), [&](size_t i) HWY_ATTR {
+    open[count++] = {entered.nearest(i), node.Child(i).bits(), entered.LanesOf(i)};
+  });
+}
+
+/// Whether a vector holds the children of a node, and no more rays.
+constexpr bool kHoldsAsManyRays = kParts == 1 && hn::MaxLanes(D()) == WideNode::kWidth;
+
 /// Rays of one octant that run close together: children that none of them enters are left out by
-/// the interval over all of them.
+/// the interval over all of them. Where few are left, each is tested by itself.
 template <size_t kMost>
 struct TogetherEnter {
-  static constexpr size_t kFewRays = policy::kFewRays;
-  static constexpr size_t kFewInLeaf = policy::kFewTogetherInLeaf;
+  static constexpr size_t kFewRays = kHoldsAsManyRays ? policy::kFewOfGroup : policy::kFewRays;
+  static constexpr size_t kFewInLeaf =
+      kHoldsAsManyRays ? policy::kFewOfEightInLeaf : policy::kFewTogetherInLeaf;
 
   const TraceTask& task;
   const GroupLanes<kMost>& group;
@@ -72,15 +160,21 @@ struct TogetherEnter {
 
   HWY_INLINE void operator()(WideNode& node, LaneMask active, OpenForLanes* open,
                              size_t& count) const {
-    HWY_ALIGN float entry[WideNode::kWidth];
     const ChildPlanes planes(node, offsets);
+    const PartRange used = group.PartsWith(active);
+    if constexpr (kHoldsAsManyRays) {
+      if (hwy::PopCount(active) <= policy::kFewOfVector * (used.end - used.begin)) {
+        const EnteredRayByRay<kMost, true> entered(group, node, planes, active);
+        return OpenEntered(task, node, entered, open, count);
+      }
+    }
+    HWY_ALIGN float entry[WideNode::kWidth];
     const uint32_t entered =
         interval.EnterChildren(planes, group.LargestTFar(active), entry) & node.UsedChildren();
     if (entered == 0) return;
     if (HWY_UNLIKELY(node.BareLeaves(entered)))
       GiveLeavesGeometry(task, node, entered, PrepareFacets);
     const BroadcastPlanes broadcast(planes);
-    const PartRange used = group.PartsWith(active);
     const uint32_t wide = interval.WideChildren(planes, entry);
     ForEachLane(entered, [&](size_t i) HWY_ATTR {
       LaneMask lanes = active;
@@ -109,56 +203,6 @@ struct TogetherEnter {
   }
 };
 
-/// The children that some lanes of a group enter, where each ray is tested by itself against all of
-/// them, which fill a vector; `planes` are those that stand lower, and higher.
-template <size_t kMost>
-class EnteredRayByRay {
- public:
-  HWY_INLINE EnteredRayByRay(const GroupLanes<kMost>& group, const WideNode& node,
-                             const ChildPlanes& planes, LaneMask active) {
-    constexpr hn::RebindToUnsigned<EightTag> d;
-    auto nearest = hn::Set(kEightTag, std::numeric_limits<float>::infinity());
-    auto any = hn::Zero(d);
-    for (size_t half = 0; half < kHalves; ++half) {
-      auto rays = hn::Zero(d);
-      ForEachLane(active >> (32 * half) & UINT32_MAX, [&](size_t i) HWY_ATTR {
-        const SpreadLane<kMost> ray{group, 32 * half + i};
-        SlabsOf<EightPart> slabs;
-        for (int axis = 0; axis < 3; ++axis) {
-          slabs.Cut(axis, planes.Near(0, axis), planes.Far(0, axis), ray.org(axis),
-                    ray.reciprocal(axis));
-        }
-        const IntervalOf<EightPart> inside = slabs.Interval();
-        const EightPart entry = hn::Max(inside.entry, ray.start());
-        const auto enters = hn::Le(entry, hn::Min(inside.exit, ray.tfar()));
-        nearest = hn::Min(nearest, hn::IfThenElse(enters, entry, nearest));
-        rays = hn::Or(rays, hn::IfThenElseZero(hn::RebindMask(d, enters), hn::Set(d, 1u << i)));
-      });
-      hn::Store(rays, d, rays_[half]);
-      any = hn::Or(any, rays);
-    }
-    hn::Store(nearest, kEightTag, nearest_);
-    const auto is_entered = hn::RebindMask(kEightTag, hn::Ne(any, hn::Zero(d)));
-    children_ = static_cast<uint32_t>(Bits(kEightTag, is_entered)) & node.UsedChildren();
-  }
-
-  uint32_t children() const { return children_; }  ///< a bit each
-  /// Where the first ray enters a child.
-  float nearest(size_t child) const { return nearest_[child]; }
-  HWY_INLINE LaneMask LanesOf(size_t child) const {
-    LaneMask lanes = rays_[0][child];
-    if constexpr (kHalves == 2) lanes |= LaneMask{rays_[1][child]} << 32;
-    return lanes;
-  }
-
- private:
-  static constexpr size_t kHalves = kMost > 32 ? 2 : 1;
-
-  HWY_ALIGN uint32_t rays_[kHalves][WideNode::kWidth];  ///< half of the group, a bit a ray
-  HWY_ALIGN float nearest_[WideNode::kWidth];
-  uint32_t children_;
-};
-
 /// Rays that run in any directions: each child against all of them, or, where that takes fewer
 /// tests, each of them against all children.
 template <size_t kMost>
@@ -180,9 +224,7 @@ struct EachEnters {
     if constexpr (kParts == 1) {
       if (hwy::PopCount(active) <= (used.end - used.begin) * node.count) {
         const EnteredRayByRay<kMost> entered(group, node, planes, active);
-        return Open(node, entered.children(), [&](size_t i) HWY_ATTR {
-          open[count++] = {entered.nearest(i), node.Child(i).bits(), entered.LanesOf(i)};
-        });
+        return OpenEntered(task, node, entered, open, count);
       }
     }
     const BroadcastPlanes broadcast(planes);
@@ -213,19 +255,8 @@ struct EachEnters {
       entered |= 1u << i;
       nearest[i] = hn::GetLane(hn::MinOfLanes(kFloat, distance));
     }
-    Open(node, entered, [&](size_t i) HWY_ATTR {
+    OpenEntered(task, node, entered, [&](size_t i) HWY_ATTR {
       open[count++] = {nearest[i], node.Child(i).bits(), lanes_of[i]};
-    });
-  }
-
- private:
-  template <class Push>
-  HWY_INLINE void Open(WideNode& node, uint32_t entered, const Push& push) const {
-    if (HWY_UNLIKELY(node.BareLeaves(entered)))
-      GiveLeavesGeometry(task, node, entered, PrepareFacets);
-    ForEachLane(entered, [&](size_t i) HWY_ATTR {
-      PrefetchChild(task.partition, node.Child(i));
-      push(i);
     });
   }
 };

@@ -12,11 +12,12 @@ namespace dacrt::policy {
 /// 147, 151 and 154 ns a ray of a hall, 124, 126, 126 and 128 of Sponza.
 inline constexpr std::size_t kFewRays = 1;
 
-/// And of a group whose rays run in any directions, where each can be tested against all children
-/// at once: none, so that a lone one stays with it. On a processor with AVX2 only (Zen 3), with 1
-/// and 0, calls of 64 diffuse rays took 363 and 333 ns a ray of the kitchen, 708 and 702 of Sponza,
-/// 550 and 508 of Sibenik, of 256 rays 327 and 297, 855 and 737, 518 and 435; with AVX-512
-/// (Sapphire Rapids) they took the same.
+/// And of a group, where each can be tested against all children at once: none, so that a lone one
+/// stays with it. On a processor with AVX2 only (Zen 3), with 1 and 0, calls of 64 diffuse rays
+/// took 363 and 333 ns a ray of the kitchen, 708 and 702 of Sponza, 550 and 508 of Sibenik, of 256
+/// rays 327 and 297, 855 and 737, 518 and 435; with AVX-512 (Sapphire Rapids) they took the same.
+/// Where they run close together, in vectors of eight (Zen 1), packets of 16 primary and shadow
+/// rays took 322 and 316, 242 and 236 of Sponza, 292 and 286, 251 and 250 of the dragon.
 inline constexpr std::size_t kFewOfGroup = 0;
 
 /// Rays of a packet of closest hits in a small scene up to which they may go otherwise than as a
@@ -68,8 +69,17 @@ inline constexpr float kMostOfMean = 4;
 
 /// Lanes of a group up to which their rays are tested one by one against the triangles of a leaf
 /// side by side, instead of the triangles one by one: where rays run close together, those of the
-/// triangles that none of them meets are left out.
-inline constexpr std::size_t kFewInLeaf = 6, kFewTogetherInLeaf = 3;
+/// triangles that none of them meets are left out; and these in vectors of eight, which hold half
+/// as many rays. With 3, 5 and 6 of these (Zen 1), packets of 16 primary rays took 304, 297 and 294
+/// ns a ray of the dragon, 210, 206 and 206 of Sibenik, 74, 76 and 76 of a Cornell box with water.
+inline constexpr std::size_t kFewInLeaf = 6, kFewTogetherInLeaf = 3, kFewOfEightInLeaf = 5;
+
+/// Rays that run close together, of each vector of eight in which there are any, up to which each
+/// is tested by itself against the children of a node. Never, up to 3, 4 and 6 (Zen 1), packets of
+/// 16 primary rays took 326, 307, 301 and 295 ns a ray of the dragon, 155, 143, 143 and 142 of the
+/// kitchen, 220, 211, 209 and 208 of Sibenik; 64K shadow rays 88, 88, 87 and 84 of the kitchen,
+/// 138, 136, 136 and 138 of Sibenik.
+inline constexpr std::size_t kFewOfVector = 4;
 
 /// Nodes and leaves that one ray of a group is taken to visit when it goes its own way.
 inline constexpr uint32_t kVisitsAlone = 3;

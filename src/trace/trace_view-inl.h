@@ -38,16 +38,17 @@ HWY_NOINLINE bool TraceAgain(const TraceTask& task, RayNumber number, ListMemory
 
 /// Writes what the loaded closest-hit rays have found to the caller's records. Returns how many
 /// found something.
-inline size_t StoreHits(const TraceTask& task, const LoadedRays& loaded, ListMemory lists) {
+template <bool kAsksBoxes>
+size_t StoreHits(const TraceTask& task, const LoadedRays& loaded, ListMemory lists) {
   const RecordLayout layout(*task.frame.view);
   const auto caller_of = [&](size_t ray) { return task.frame.first + task.callers[ray]; };
   const auto has_hit = [&](size_t ray) { return task.rays[ray].state & RayRecord::kHasHit; };
-  FinishedHitsOf<EightTag, true> finished(task);
+  FinishedHitsOf<EightTag, kAsksBoxes> finished(task);
   size_t stored = 0;
   const auto finish = [&]() HWY_ATTR {
-    finished.Finish([&](size_t i, uint32_t, const FullHit& found, bool counts) HWY_ATTR {
+    finished.Finish([&](size_t i, uint32_t, const FullHit& found, bool counts = true) HWY_ATTR {
       const RayNumber number = finished.number(i);
-      if (HWY_LIKELY(counts || !task.asks_boxes_last)) {
+      if (HWY_LIKELY(counts)) {
         return layout.WriteHit(caller_of(number), found);
       }
       FullHit hit;
@@ -175,8 +176,9 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   } else {
     TraceLoaded<kQuery>(task, loaded, lists);
   }
-  const size_t stored =
-      kQuery == Query::kAny ? StoreBlocked(task, loaded) : StoreHits(task, loaded, lists);
+  const size_t stored = kQuery == Query::kAny  ? StoreBlocked(task, loaded)
+                        : task.asks_boxes_last ? StoreHits<true>(task, loaded, lists)
+                                               : StoreHits<false>(task, loaded, lists);
   if (task.statistics) task.statistics->hits += stored;
 }
 
