@@ -18,6 +18,12 @@ class alignas(64) CallbackPacket {
   explicit CallbackPacket(const TraceTask& task)
       : task_(task), width_(task.frame.options.callback_width) {}
 
+  /// The lane of a ray, which is one of those that are shown together, by its turn among them: of a
+  /// packet of the caller's each ray stays in its lane, rays of a stream have none.
+  std::size_t LaneOf(RayNumber ray, std::size_t turn) const {
+    return task_.frame.ray_count() <= width_ ? task_.CallerOf(ray) % width_ : turn;
+  }
+
   /// Nothing in any lane.
   void Clear() {
     std::memset(valid, 0, sizeof(valid));

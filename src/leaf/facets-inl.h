@@ -12,7 +12,7 @@
 
 #include <optional>
 
-#include "leaf/finish_hit-inl.h"
+#include "leaf/found_in_part-inl.h"
 #include "leaf/own_box-inl.h"
 #include "leaf/take_hit.h"
 
@@ -212,8 +212,12 @@ class FacetTest {
     if (kQuery == Query::kAny && ray.tfar < 0) return;
     FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
-    if constexpr (kInLeaf && kQuery == Query::kClosest) {
-      if (HWY_LIKELY(TakeNearest(number, crossing, corners, part))) return;
+    if constexpr (kInLeaf) {
+      if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
+        if (AskAboutNearest(number, crossing, triangles, corners, part)) return;
+      } else if constexpr (kQuery == Query::kClosest) {
+        if (HWY_LIKELY(TakeNearest(number, crossing, corners, part))) return;
+      }
     }
     const EightPart keys = KeepInOwnBoxes(SpreadRay{ray}, corners, crossing);
     if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, keys, triangles, part, timed);
@@ -224,9 +228,7 @@ class FacetTest {
   template <class Corners>
   HWY_INLINE bool TakeNearest(RayNumber number, const FacetCrossing& crossing,
                               const Corners& corners, size_t part) const {
-    if (HWY_UNLIKELY(task_.checks_masks || task_.scene.geometries.shapes().has_filters(kQuery))) {
-      return false;
-    }
+    if (HWY_UNLIKELY(task_.checks_masks)) return false;
     RayRecord& ray = task_.rays[number];
     float nearest = ray.tfar;
     size_t lane;
@@ -241,6 +243,52 @@ class FacetTest {
     SetHit(ray, nearest,
            RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
            leaf_.bits());
+    return true;
+  }
+
+  /// Offers a ray what it meets, the nearest first, where filter functions may have to be asked;
+  /// false where more is to be asked than they, and whether it counts. Then `crossing` is what is
+  /// left.
+  template <class Corners>
+  HWY_NOINLINE bool AskAboutNearest(RayNumber number, FacetCrossing& crossing,
+                                    const TestTrianglesOf<EightPart>& triangles,
+                                    const Corners& corners, size_t part) const {
+    if (HWY_UNLIKELY(task_.checks_masks)) return false;
+    RayRecord& ray = task_.rays[number];
+    FoundInPart found;
+    found.Keep(crossing, triangles);
+    while (crossing.lanes != 0) {
+      float limit = ray.tfar;
+      size_t lane;
+      const bool at_limit = (ray.state & RayRecord::kAtLimit) != 0;
+      if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, limit, lane))) return false;
+      if (lane == kPartLanes) return true;
+      const size_t block_lane = part * kPartLanes + lane;
+      if (HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray}, corners, block_, block_lane, limit))) {
+        return false;
+      }
+      crossing.lanes ^= uint64_t{1} << lane;
+      const GeometryTable::Name name = NameOfLane(task_, block_, block_lane);
+      const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
+      if (filter) {
+        FullHit hit =
+            found.Hit(lane, task_.scene, task_.instance_id, name, block_.second >> block_lane & 1);
+        const FullHit shown = hit;
+        if (!PassesFilter(task_, filter, kQuery, number, name.geometry, hit)) continue;
+        if (kQuery == Query::kClosest && !IsSame(hit, shown)) {
+          SetHit(ray, hit.t != shown.t ? hit.t : limit, 0, name.geometry);
+          task_.hits[number] = hit;
+          continue;
+        }
+      }
+      if constexpr (kQuery == Query::kAny) {
+        BlockInLeaf(number, uint64_t{1} << lane, part);
+        return true;
+      }
+      SetHit(ray, limit,
+             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
+             leaf_.bits());
+    }
     return true;
   }
 
@@ -336,10 +384,7 @@ class FacetTest {
     for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng[axis]);
     // Near ones first, because a filter function may end the ray, and counts what it sees.
     for (uint64_t lanes = crossing.lanes; lanes != 0;) {
-      size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-      ForEachLane(lanes, [&](size_t lane) {
-        if (key[lane] < key[nearest]) nearest = lane;
-      });
+      const size_t nearest = NearestLane(lanes, key);
       lanes &= ~(uint64_t{1} << nearest);
       const size_t block_lane = part * kPartLanes + nearest;
       if (kInLeaf && !IsFiltered(block_lane)) {

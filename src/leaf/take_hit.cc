@@ -24,9 +24,7 @@ bool ComesFirst(const TraceTask& task, RayNumber number, const FullHit& found, u
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t geometry, FullHit& hit) {
   CallbackPacket packet(task);
-  const uint32_t width = task.frame.options.callback_width;
-  // The lane that the ray has in a packet of the caller's, where there are packets.
-  const std::size_t lane = task.CallerOf(ray) % width;
+  const std::size_t lane = packet.LaneOf(ray, 0);
   packet.Clear();
   packet.SetRay(lane, ray, hit.t);
   packet.SetHit(lane, hit);

@@ -25,11 +25,7 @@ void CallUserFunction(Query query, const TraceTask& task, uint32_t geometry, uin
   if (!function || rays.empty()) return;
   CallbackPacket packet(task);
   const std::size_t width = task.frame.options.callback_width;
-  // Of a packet of the caller's each ray stays in its lane; rays of a stream have none.
-  const bool is_packet = task.frame.ray_count() <= width;
-  const auto lane_of = [&](std::size_t i) {
-    return is_packet ? task.CallerOf(rays[i]) % width : i;
-  };
+  const auto lane_of = [&](std::size_t i) { return packet.LaneOf(rays[i], i); };
   FullHit before[CallbackPacket::kMostLanes];
   uint32_t filled = 0;
   const auto fill = [&](std::size_t lane, RayNumber ray, const FullHit& hit, int valid) {

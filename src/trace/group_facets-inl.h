@@ -28,42 +28,28 @@ class GroupFacets {
   HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, LaneMask active,
                        const Enter& enter) {
     if (hwy::PopCount(active) > Enter::kFewInLeaf) {
-      return TestInLanes<false>(leaf, block, UINT32_MAX, active, enter);
+      return TestInLanes<false>(leaf, block, active, enter);
     }
-    TestOneByOne(leaf, block, active);
+    TestOneByOne<false>(leaf, block, active);
   }
 
   /// The same where filter functions may have to be asked; not of grids.
   template <class Enter>
   HWY_INLINE void TestFiltered(ChildWord leaf, const LeafBlock& block, LaneMask active,
                                const Enter& enter) {
-    // Of few rays hardly any triangle is left over.
-    const uint32_t met =
-        hwy::PopCount(active) > Enter::kFewInLeaf ? UINT32_MAX : MetOneByOne(block, active);
-    if (met != 0) TestInLanes<true>(leaf, block, met, active, enter);
+    if (hwy::PopCount(active) > Enter::kFewInLeaf) {
+      return TestInLanes<true>(leaf, block, active, enter);
+    }
+    TestOneByOne<true>(leaf, block, active);
   }
 
  private:
   /// The triangles side by side, and one ray after the other.
+  template <bool kFiltered>
   void TestOneByOne(ChildWord leaf, const LeafBlock& block, LaneMask active) {
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
-      TestOneByOne(leaf, block, part, triangles, corners, active);
+      TestOneByOne<kFiltered>(leaf, block, part, triangles, corners, active);
     });
-  }
-
-  /// The triangles that one of the rays meets, a bit each.
-  HWY_NOINLINE uint32_t MetOneByOne(const LeafBlock& block, LaneMask active) {
-    uint32_t met = 0;
-    ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
-      ForEachLane(active, [&](size_t lane) HWY_ATTR {
-        const SpreadLane<kMost> ray{lanes_, lane};
-        FacetCrossing crossing = CrossFacets<false>(ray, triangles, corners);
-        if (HWY_LIKELY(crossing.lanes == 0)) return;
-        KeepInOwnBoxes(ray, corners, crossing);
-        met |= static_cast<uint32_t>(crossing.lanes) << (part * kPartLanes);
-      });
-    });
-    return met;
   }
 
   /// Calls `body` for the triangles of each part of a block.
@@ -81,8 +67,8 @@ class GroupFacets {
     }
   }
 
-  /// Drops lanes that are blocked from `active`.
-  template <class Corners>
+  /// Drops lanes that are blocked from `active`. With kFiltered, filter functions are asked.
+  template <bool kFiltered, class Corners>
   HWY_INLINE void TestOneByOne(ChildWord leaf, const LeafBlock& block, size_t part,
                                const TestTrianglesOf<EightPart>& triangles, const Corners& corners,
                                LaneMask& active) {
@@ -94,13 +80,44 @@ class GroupFacets {
       // One box alone would cost as much: the ray's values are not side by side.
       const EightPart keys = KeepInOwnBoxes(ray, corners, crossing);
       if (crossing.lanes == 0) continue;
-      if constexpr (kQuery == Query::kClosest) {
+      if constexpr (kFiltered) {
+        AskAboutOne(leaf, block, part, lane, crossing, keys, triangles);
+        if (kQuery == Query::kAny && lanes_.tfar[lane] < 0) active &= ~(LaneMask{1} << lane);
+      } else if constexpr (kQuery == Query::kClosest) {
         TakeOne(leaf, block, part, lane, crossing, keys, triangles);
       } else if ((crossing.lanes & crossing.within_limit) != 0) {
-        lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
+        Block(lane);
         active &= ~(LaneMask{1} << lane);
       }
     }
+  }
+
+  HWY_INLINE void Block(size_t lane) {
+    lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
+  }
+
+  /// Whether what the ray in a lane has is nearer than a hit at `key`.
+  HWY_INLINE bool IsFarther(size_t lane, float key, bool within_limit) const {
+    const uint32_t state = lanes_.state[lane];
+    return CompareHits(key, within_limit, lanes_.tfar[lane], (state & RayRecord::kAtLimit) != 0,
+                       (state & RayRecord::kHasHit) != 0) == Closeness::kFarther;
+  }
+
+  /// Says that the ray in a lane hits a lane of the block.
+  HWY_INLINE void KeepOne(ChildWord leaf, size_t block_lane, size_t lane, float key) {
+    lanes_.tfar[lane] = key;
+    lanes_.state[lane] = RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
+                         static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
+    lanes_.hit[lane] = leaf.bits();
+  }
+
+  /// And what was found of it, triangle `i` of the part.
+  HWY_INLINE void KeepFound(size_t lane, const FoundInPart& found, size_t i) {
+    for (int axis = 0; axis < 3; ++axis) lanes_.ng[axis][lane] = found.ng[axis][i];
+    lanes_.t[lane] = found.t[i];
+    lanes_.u[lane] = found.u[i];
+    lanes_.v[lane] = found.v[i];
+    lanes_.den[lane] = found.divisor[i];
   }
 
   /// Offers the ray in a lane the triangles that it meets.
@@ -114,28 +131,72 @@ class GroupFacets {
       const size_t block_lane = part * kPartLanes + i;
       if (keys[i] < lanes_.tfar[lane]) {
         taken = i;
-        lanes_.tfar[lane] = keys[i];
-        lanes_.state[lane] = RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
-                             static_cast<uint32_t>(block_lane << RayRecord::kLaneShift);
-        lanes_.hit[lane] = leaf.bits();
+        KeepOne(leaf, block_lane, lane, keys[i]);
       } else {
         TakeByName(leaf, block, lane, keys[i], (crossing.within_limit >> i) & 1, block_lane);
       }
     });
     if (taken == kPartLanes) return;
-    HWY_ALIGN float values[7][kPartLanes];
-    hn::Store(crossing.t, kEightTag, values[0]);
-    hn::Store(crossing.u, kEightTag, values[1]);
-    hn::Store(crossing.v, kEightTag, values[2]);
-    hn::Store(crossing.divisor, kEightTag, values[3]);
-    for (int axis = 0; axis < 3; ++axis) {
-      hn::Store(triangles.ng[axis], kEightTag, values[4 + axis]);
-      lanes_.ng[axis][lane] = values[4 + axis][taken];
+    FoundInPart found;
+    found.Keep(crossing, triangles);
+    KeepFound(lane, found, taken);
+  }
+
+  /// The same where filter functions are to be asked: near ones first, because they may end the
+  /// ray, and count what they see.
+  HWY_NOINLINE void AskAboutOne(ChildWord leaf, const LeafBlock& block, size_t part, size_t lane,
+                                const FacetCrossing& crossing, EightPart its_keys,
+                                const TestTrianglesOf<EightPart>& triangles) {
+    HWY_ALIGN float keys[kPartLanes];
+    hn::Store(its_keys, kEightTag, keys);
+    FoundInPart found;
+    found.Keep(crossing, triangles);
+    for (uint64_t left = crossing.lanes; left != 0;) {
+      const size_t i = NearestLane(left, keys);
+      left &= ~(uint64_t{1} << i);
+      const bool within_limit = (crossing.within_limit >> i) & 1;
+      if (kQuery == Query::kAny && !within_limit) continue;
+      const size_t block_lane = part * kPartLanes + i;
+      if (kQuery == Query::kClosest && IsFarther(lane, keys[i], within_limit)) continue;
+      const GeometryTable::Name name = NameOfLane(task_, block, block_lane);
+      FullHit hit =
+          found.Hit(i, task_.scene, task_.instance_id, name, block.second >> block_lane & 1);
+      if (kQuery == Query::kClosest && !(keys[i] < lanes_.tfar[lane])) {
+        AskByName(lane, hit, name, keys[i], within_limit);
+        continue;
+      }
+      const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
+      if (filter) {
+        const FullHit shown = hit;
+        if (!rays_.Packets().CallAlone(filter, kQuery, name, lane, hit)) continue;
+        if (kQuery == Query::kClosest && !IsSame(hit, shown)) {
+          KeepChanged(lane, hit, hit.t != shown.t ? hit.t : keys[i], name.geometry);
+          continue;
+        }
+      }
+      if constexpr (kQuery == Query::kAny) return Block(lane);
+      KeepOne(leaf, block_lane, lane, keys[i]);
+      KeepFound(lane, found, i);
     }
-    lanes_.t[lane] = values[0][taken];
-    lanes_.u[lane] = values[1][taken];
-    lanes_.v[lane] = values[2][taken];
-    lanes_.den[lane] = values[3][taken];
+  }
+
+  /// Says that the ray in a lane has a hit that a filter function has changed.
+  HWY_INLINE void KeepChanged(size_t lane, const FullHit& hit, float key, uint32_t geometry) {
+    RayRecord& ray = rays_.RecordOf(lane);
+    SetHit(ray, key, 0, geometry);
+    task_.hits[lane] = hit;
+    lanes_.LoadHit(lane, ray);
+  }
+
+  /// Offers the ray in a lane a hit as far away as what the ray has, or at its end: names decide
+  /// whether a filter function is asked.
+  HWY_NOINLINE void AskByName(size_t lane, const FullHit& hit, GeometryTable::Name name, float key,
+                              bool within_limit) {
+    const Candidate candidate{key,   within_limit, hit.t,         {hit.ng[0], hit.ng[1], hit.ng[2]},
+                              hit.u, hit.v,        name.geometry, hit.primitive_id};
+    RayRecord& ray = rays_.RecordOf(lane);
+    TakeHit<kQuery>(task_, static_cast<RayNumber>(lane), candidate);
+    lanes_.LoadHit(lane, ray);
   }
 
   /// Offers the ray in a lane a triangle as far away as what the ray has, or at the end of the ray:
@@ -148,12 +209,11 @@ class GroupFacets {
     lanes_.LoadHit(lane, ray);
   }
 
-  /// The triangles of `among`. With kFiltered, filter functions are asked.
+  /// One triangle after the other. With kFiltered, filter functions are asked.
   template <bool kFiltered, class Enter>
-  void TestInLanes(ChildWord leaf, const LeafBlock& block, uint32_t among, LaneMask active,
-                   const Enter& enter) {
+  void TestInLanes(ChildWord leaf, const LeafBlock& block, LaneMask active, const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
-    const uint32_t candidates = triangles.candidates() & among;
+    const uint32_t candidates = triangles.candidates();
     if (candidates == 0) return;
     const PartRange used = lanes_.PartsWith(active);
     for (size_t part = used.begin; part < used.end; ++part) {
@@ -242,9 +302,10 @@ class GroupFacets {
 
   /// Shows the filter function of triangle `i` its hits; false, and nothing was done, if there is
   /// none. Blocked rays are taken from `lanes`.
-  HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first, TestRays rays,
-                                 TestTriangles triangle, PairTermsOf<V> terms, M meet, V t, V entry,
-                                 ChildWord leaf, LaneMask& lanes) {
+  HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first,
+                                 const TestRays& rays, const TestTriangles& triangle,
+                                 const PairTermsOf<V>& terms, M meet, V t, V entry, ChildWord leaf,
+                                 LaneMask& lanes) {
     const GeometryTable::Name name = NameOfLane(task_, block, i);
     const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
     if (!filter) return false;
@@ -273,9 +334,7 @@ class GroupFacets {
     };
     if constexpr (kQuery == Query::kAny) {
       const LaneMask passed = call(hn::And(meet, within), [](size_t, const FullHit&) {});
-      ForEachLane(passed, [&](size_t lane) {
-        lanes_.tfar[lane] = -std::numeric_limits<float>::infinity();
-      });
+      ForEachLane(passed, [&](size_t lane) { Block(lane); });
       lanes &= ~(passed >> first);
       return true;
     }
@@ -291,21 +350,13 @@ class GroupFacets {
     KeepLanes(leaf, i, first, rays, triangle, terms, MaskOf((passed & ~changed) >> first), distance,
               key);
     ForEachLane(passed & changed, [&](size_t lane) {
-      RayRecord& ray = rays_.RecordOf(lane);
       const bool has_moved = changes[lane].t != hits.t[lane];
-      SetHit(ray, has_moved ? changes[lane].t : keys[lane - first], 0, name.geometry);
-      task_.hits[lane] = changes[lane];
-      lanes_.LoadHit(lane, ray);
+      KeepChanged(lane, changes[lane], has_moved ? changes[lane].t : keys[lane - first],
+                  name.geometry);
     });
     const uint64_t limits = Bits(within);
     ForEachLane(Bits(hn::AndNot(closer, meet)), [&](size_t lane) {
-      Candidate candidate{
-          keys[lane],           ((limits >> lane) & 1) != 0, hits.t[first + lane], {},
-          hits.u[first + lane], hits.v[first + lane],        name.geometry,        name.primitive};
-      for (int axis = 0; axis < 3; ++axis) candidate.ng[axis] = hits.ng[axis][first + lane];
-      RayRecord& ray = rays_.RecordOf(first + lane);
-      TakeHit<kQuery>(task_, static_cast<RayNumber>(first + lane), candidate);
-      lanes_.LoadHit(first + lane, ray);
+      AskByName(first + lane, hits.Get(first + lane), name, keys[lane], (limits >> lane) & 1);
     });
     return true;
   }

@@ -57,8 +57,32 @@ class GroupPackets {
         put(kMask, group.mask);
         put(kId, ids);
         put(kFlags, flags);
+        // Hits that are shown one by one stand among lanes that nobody has written.
+        const auto clear = [&](PacketComponent component) HWY_ATTR {
+          hn::Store(hn::Zero(d), d,
+                    Values<width()>(first / width() * width(), component) + first % width());
+        };
+        clear(kTfar);
+        for (auto i = static_cast<size_t>(kNgX); i < kPacketComponents; ++i) {
+          clear(static_cast<PacketComponent>(i));
+        }
       }
     });
+  }
+
+  /// Shows a filter function a hit of the ray in a lane. Returns whether it leaves it valid, and
+  /// what it has made of it.
+  bool CallAlone(const Callback& filter, Query query, const GeometryTable::Name& item, size_t lane,
+                 FullHit& hit) {
+    const size_t first = lane / width_ * width_, i = lane - first;
+    uint32_t* const packet = values_ + first * kPacketComponents;
+    RecordLayout::WriteLane({packet, static_cast<uint32_t>(width_)}, static_cast<uint32_t>(i), hit);
+    alignas(64) int32_t valid[kMost < 16 ? 16 : kMost] = {};
+    valid[i] = -1;
+    filter(ArgumentsOf(query, item, valid, packet));
+    if (valid[i] == 0) return false;
+    hit = RecordLayout::ReadHit(packet, width_, i);
+    return true;
   }
 
   /// Calls a function of a geometry for the rays of some lanes, with these ends and hits. Returns
@@ -81,6 +105,18 @@ class GroupPackets {
   }
 
  private:
+  HWY_INLINE CallbackArguments ArgumentsOf(Query query, const GeometryTable::Name& item,
+                                           int32_t* valid, void* packet) const {
+    return {query,
+            static_cast<uint32_t>(width_),
+            valid,
+            packet,
+            task_.scene.geometries[item.geometry].geometry_id,
+            item.primitive,
+            task_.instance_id,
+            task_.frame.options.call};
+  }
+
   /// Calls `body` with the width as a constant.
   template <class Body>
   HWY_INLINE void WithWidth(const Body& body) const {
@@ -114,9 +150,7 @@ class GroupPackets {
                  HWY_ATTR { hn::Store(hn::Load(d, own), d, in_packet); });
     alignas(64) int32_t valid[kWidth];
     for (size_t i = 0; i < kWidth; ++i) valid[i] = -static_cast<int32_t>(lanes >> i & 1);
-    function({query, static_cast<uint32_t>(kWidth), valid, packet,
-              task_.scene.geometries[item.geometry].geometry_id, item.primitive, task_.instance_id,
-              task_.frame.options.call});
+    function(ArgumentsOf(query, item, valid, packet));
     LaneMask left = 0;
     ForEachLane(lanes, [&](size_t i) { left |= LaneMask{valid[i] != 0} << i; });
     auto changed = hn::Zero(d);

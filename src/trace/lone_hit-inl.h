@@ -7,22 +7,13 @@
 #define DACRT_TRACE_LONE_HIT_INL_H_
 #endif
 
-#include "leaf/finish_hit-inl.h"
+#include "leaf/found_in_part-inl.h"
 #include "leaf/own_box-inl.h"
 #include "rays/write_record-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
-
-/// Of some lanes, of which there is one, that with the least distance.
-HWY_INLINE size_t NearestLane(uint64_t lanes, const float* distances) {
-  size_t nearest = hwy::Num0BitsBelowLS1Bit_Nonzero64(lanes);
-  ForEachLane(lanes & (lanes - 1), [&](size_t lane) {
-    if (distances[lane] < distances[nearest]) nearest = lane;
-  });
-  return nearest;
-}
 
 /// Either among the triangles of a leaf, with what the triangle test has found, because a nearer
 /// one may follow; or as it is.
@@ -40,11 +31,7 @@ class LoneHit {
     part_ = part;
     lane_ = lane;
     hwy::Prefetch(scene.kept->triangles().data() + block.first);  // for its name, wanted last
-    hn::Store(crossing.t, kEightTag, t_);
-    hn::Store(crossing.u, kEightTag, u_);
-    hn::Store(crossing.v, kEightTag, v_);
-    hn::Store(crossing.divisor, kEightTag, divisor_);
-    for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng_[axis]);
+    found_.Keep(crossing, triangles);
   }
 
   HWY_INLINE void Set(const FullHit& hit, uint32_t geometry) {
@@ -74,11 +61,7 @@ class LoneHit {
   /// What a hit of another lane of the triangles that were kept last would be.
   HWY_INLINE FullHit OfLane(size_t lane) const {
     const size_t block_lane = part_ * kPartLanes + lane;
-    const auto limited = [&](const float* values) {
-      return HWY_MIN(values[lane] / divisor_[lane], 1.0f);
-    };
-    return HitOf(*scene_, instance_id_, NameOf(lane), block_->second >> block_lane & 1, t_[lane],
-                 limited(u_), limited(v_), ng_[0][lane], ng_[1][lane], ng_[2][lane]);
+    return found_.Hit(lane, *scene_, instance_id_, NameOf(lane), block_->second >> block_lane & 1);
   }
 
   HWY_INLINE GeometryTable::Name NameOf(size_t lane) const {
@@ -107,8 +90,7 @@ class LoneHit {
   uint32_t instance_id_;
   const LeafBlock* block_ = nullptr;
   size_t part_, lane_;
-  HWY_ALIGN float t_[kPartLanes], u_[kPartLanes], v_[kPartLanes], divisor_[kPartLanes];
-  HWY_ALIGN float ng_[3][kPartLanes];
+  FoundInPart found_;
   FullHit hit_;
   uint32_t geometry_;
 };
