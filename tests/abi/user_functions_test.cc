@@ -45,6 +45,12 @@ TEST_P(UserFunctionRays, SeeRaysOfPacketsInTheirLanes) {
   rtcInitIntersectContext(&context);
   const std::size_t valid_rays = TraceThirdsOfPackets(s, scene, context);
   EXPECT_EQ(count, valid_rays);
+  // In an instance, too.
+  const RTCGeometry instance = Instance(s, scene, 0);
+  s.api.rtcCommitGeometry(instance);
+  count = 0;
+  EXPECT_EQ(TraceThirdsOfPackets(s, s.SceneOf(instance), context), valid_rays);
+  EXPECT_EQ(count, valid_rays);
 }
 
 /// Two walls whose bounds all rays of a test enter before they come to either: so each ray is shown

@@ -340,5 +340,75 @@ TEST(TakeHitTest, AnInstanceThatIsMissedLeavesARayItsEnd) {
   EXPECT_GT(at_end, 500u);
 }
 
+// The same through a filter function that accepts everything.
+TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
+  Random random(10);
+  const Model triangles = unit::MakeTriangles(random, 2000);
+  Geometry geometry = unit::TriangleView(triangles, 0);
+  const auto plain = MakeScene({geometry}, kDefaultBudget);
+  geometry.closest_filter = {unit::AcceptAll, nullptr};
+  const auto filtered = MakeScene({geometry}, kDefaultBudget);
+  std::size_t at_end = 0;
+  for (const TimedRay& hit : Trace(*plain, unit::MakeRays(random, 3000))) {
+    if (!hit.IsHit()) continue;
+    unit::Ray ray = unit::MakeRay(hit.org, hit.dir, 0, hit.tfar);
+    for (int k = 0; k < 3; ++k, ray.tfar = std::nextafter(ray.tfar, 0.0f)) {
+      for (const uint32_t lanes : {1u, 4u, 8u}) {
+        const FullRay expected = TraceLanes(*plain, ray, lanes);
+        ASSERT_EQ(TraceLanes(*filtered, ray, lanes), expected) << lanes << " lanes";
+        at_end += expected.IsHit();
+      }
+    }
+  }
+  EXPECT_GT(at_end, 1000u);
+}
+
+/// Counts how often it is asked, and accepts.
+void CountAsked(void* data, const CallbackArguments& arguments) {
+  auto& asked = *static_cast<std::size_t*>(data);
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) asked += arguments.valid[lane] == -1;
+}
+
+// What lies behind a hit that is accepted is no question any more. The triangles of a leaf, the
+// farthest first; rays alone, few of a group, lists, and with a mask that not all accept.
+TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
+  Model layers;
+  layers.steps.resize(1);
+  for (uint32_t i = 0; i < 4; ++i) {
+    const float z = 1 - 1e-4f * static_cast<float>(i);
+    layers.steps[0].insert(layers.steps[0].end(), {-9, -9, z, 9, -9, z, 0, 9, z});
+    layers.indices.insert(layers.indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  Random random(11);
+  Model far_away = unit::MakeTriangles(random, 3000);
+  for (float& value : far_away.steps[0]) value -= 100;
+  std::size_t asked = 0;
+  Geometry geometry = unit::TriangleView(layers, 0);
+  geometry.closest_filter = {CountAsked, &asked};
+  Geometry beside = unit::TriangleView(far_away, 1);
+  for (const uint32_t mask : {UINT32_MAX, 2u}) {
+    beside.mask = mask;
+    const auto scene = MakeScene({geometry, beside}, kDefaultBudget, false, 1);
+    for (const std::size_t count : {1u, 2u, 3000u}) {
+      std::vector<TimedRay> rays(count);
+      for (TimedRay& ray : rays) {
+        ray.mask = 1;
+        ray.org = random.InCube(-0.5f, 0.5f);
+        ray.dir = {random.Uniform(-1, 1), random.Uniform(-1, 1), 1};
+      }
+      for (int round = 0; round < 3; ++round) {  // the first one splits the scene
+        asked = 0;
+        EXPECT_EQ(unit::CountHits(Trace(*scene, rays)), count);
+        EXPECT_EQ(asked, count) << "mask " << mask;
+      }
+    }
+    unit::Ray ray = unit::MakeRay({0, 0, 0}, {0.1f, 0.2f, 1});
+    ray.mask = 1;
+    asked = 0;
+    EXPECT_TRUE(TraceLanes(*scene, ray, 1).IsHit());
+    EXPECT_EQ(asked, 1u) << "mask " << mask;
+  }
+}
+
 }  // namespace
 }  // namespace dacrt
