@@ -216,6 +216,13 @@ struct FacetCrossing {
     return true;
   }
 
+  /// The same of a ray as it stands; `limit` is set to its end where there is no lane.
+  template <Query kQuery>
+  HWY_INLINE bool FindFirst(const RayRecord& ray, float& limit, size_t& lane) const {
+    limit = ray.tfar;
+    return FindFirst<kQuery>((ray.state & RayRecord::kAtLimit) != 0, limit, lane);
+  }
+
  private:
   HWY_INLINE bool FindNearest(bool at_limit, float& nearest, size_t& lane) const {
     HWY_ALIGN float keys[kPartLanes];

@@ -230,10 +230,9 @@ class FacetTest {
                               const Corners& corners, size_t part) const {
     if (HWY_UNLIKELY(task_.checks_masks)) return false;
     RayRecord& ray = task_.rays[number];
-    float nearest = ray.tfar;
+    float nearest;
     size_t lane;
-    const bool at_limit = (ray.state & RayRecord::kAtLimit) != 0;
-    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, nearest, lane))) return false;
+    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(ray, nearest, lane))) return false;
     if (lane == kPartLanes) return true;
     const size_t block_lane = part * kPartLanes + lane;
     if (!task_.asks_boxes_last &&
@@ -258,10 +257,9 @@ class FacetTest {
     FoundInPart found;
     found.Keep(crossing, triangles);
     while (crossing.lanes != 0) {
-      float limit = ray.tfar;
+      float limit;
       size_t lane;
-      const bool at_limit = (ray.state & RayRecord::kAtLimit) != 0;
-      if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, limit, lane))) return false;
+      if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(ray, limit, lane))) return false;
       if (lane == kPartLanes) return true;
       const size_t block_lane = part * kPartLanes + lane;
       if (HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray}, corners, block_, block_lane, limit))) {

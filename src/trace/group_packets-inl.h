@@ -77,7 +77,7 @@ class GroupPackets {
     const size_t first = lane / width_ * width_, i = lane - first;
     uint32_t* const packet = values_ + first * kPacketComponents;
     RecordLayout::WriteLane({packet, static_cast<uint32_t>(width_)}, static_cast<uint32_t>(i), hit);
-    alignas(64) int32_t valid[kMost < 16 ? 16 : kMost] = {};
+    alignas(64) int32_t valid[kPacketRays] = {};
     valid[i] = -1;
     filter(ArgumentsOf(query, item, valid, packet));
     if (valid[i] == 0) return false;

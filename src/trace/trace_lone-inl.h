@@ -205,10 +205,9 @@ class LoneTracer {
       call_.candidates.Keep(scene_, instance_id_, block, part, crossing, key, triangles);
       return kAsks == Asks::kAtOnce ? TakeAsking() : WalkStep::kLeave;
     }
-    float limit = ray_.tfar;
+    float limit;
     size_t taken;
-    const bool at_limit = (ray_.state & RayRecord::kAtLimit) != 0;
-    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(at_limit, limit, taken))) return WalkStep::kLeave;
+    if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(ray_, limit, taken))) return WalkStep::kLeave;
     if (taken == kPartLanes) return WalkStep::kNext;
     const size_t block_lane = part * kPartLanes + taken;
     if (HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray_}, corners, block, block_lane, limit))) {

@@ -132,4 +132,10 @@ inline std::size_t CountHits(const std::vector<TimedRay>& rays) {
 /// A filter function that accepts everything makes triangles go the way of all shapes.
 inline void AcceptAll(void*, const CallbackArguments&) {}
 
+/// Counts how often it is asked, and accepts.
+inline void CountAsked(void* data, const CallbackArguments& arguments) {
+  auto& asked = *static_cast<std::size_t*>(data);
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) asked += arguments.valid[lane] == -1;
+}
+
 }  // namespace dacrt::unit

@@ -365,12 +365,6 @@ TEST(ShapesTest, FilterFunctionsAreOfferedEachPairOnce) {
   }
 }
 
-/// Counts how often it is asked, and accepts.
-void CountAsked(void* data, const CallbackArguments& arguments) {
-  auto& asked = *static_cast<std::size_t*>(data);
-  for (uint32_t lane = 0; lane < arguments.width; ++lane) asked += arguments.valid[lane] == -1;
-}
-
 // What a ray meets behind, or beside, what blocks it is no question any more.
 TEST(ShapesTest, AFilterFunctionIsNotAskedAboutRaysThatAreBlocked) {
   Random random(81);
@@ -388,7 +382,7 @@ TEST(ShapesTest, AFilterFunctionIsNotAskedAboutRaysThatAreBlocked) {
         Geometry geometry =
             is_triangles ? TriangleView(model, 0) : PointView(points, Shape::kSpheres, 0);
         std::size_t asked = 0;
-        geometry.any_filter = {CountAsked, &asked};
+        geometry.any_filter = {unit::CountAsked, &asked};
         const auto traced = Trace(*MakeScene({geometry}, budget, robust), rays, Query::kAny);
         const auto blocked = std::count_if(traced.begin(), traced.end(),
                                            [](const Ray& ray) { return ray.tfar < 0; });

@@ -363,12 +363,6 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
   EXPECT_GT(at_end, 1000u);
 }
 
-/// Counts how often it is asked, and accepts.
-void CountAsked(void* data, const CallbackArguments& arguments) {
-  auto& asked = *static_cast<std::size_t*>(data);
-  for (uint32_t lane = 0; lane < arguments.width; ++lane) asked += arguments.valid[lane] == -1;
-}
-
 // What lies behind a hit that is accepted is no question any more. The triangles of a leaf, the
 // farthest first; rays alone, few of a group, lists, and with a mask that not all accept.
 TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
@@ -384,7 +378,7 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
   for (float& value : far_away.steps[0]) value -= 100;
   std::size_t asked = 0;
   Geometry geometry = unit::TriangleView(layers, 0);
-  geometry.closest_filter = {CountAsked, &asked};
+  geometry.closest_filter = {unit::CountAsked, &asked};
   Geometry beside = unit::TriangleView(far_away, 1);
   for (const uint32_t mask : {UINT32_MAX, 2u}) {
     beside.mask = mask;
