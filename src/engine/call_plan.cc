@@ -23,7 +23,7 @@ static_assert(kKeptPieceRays <= kMostPieceRays, "lists hold the numbers of a pie
 /// this part of all, the next ones the same part of what is left, so that pieces are large, for
 /// what lists gain from many rays, and threads end together all the same. Hummel, Schonberg, Flynn,
 /// "Factoring: a method for scheduling parallel loops", Communications of the ACM, 1992.
-constexpr double kPartOfRound = 0.5;
+constexpr double kPartOfRound = 2.0 / 3;
 
 /// But a thread gets no smaller piece than a sixteenth of its share of the whole, so that it is not
 /// busier with pieces than with rays; nor fewer rays than are worth waking it, some 10 us of work.
