@@ -120,6 +120,7 @@ struct Geometry {
 
   /// Filter functions, offered each pair of a ray and a primitive that meet, once, as long as no
   /// closer hit was accepted; grids offer each of their hits, spheres and discs near and far ones.
+  /// In which order, and so which pairs before the closest one, is not promised.
   Callback closest_filter;  ///< for Query::kClosest
   Callback any_filter;      ///< for Query::kAny
 

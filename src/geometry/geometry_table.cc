@@ -143,6 +143,10 @@ std::optional<uint32_t> GeometryTable::Find(uint32_t geometry_id) const {
   return static_cast<uint32_t>(place);
 }
 
+bool GeometryTable::have_own_ids() const {
+  return std::ranges::adjacent_find(meshes_, {}, &TriangleMesh::geometry_id) == meshes_.end();
+}
+
 void GeometryTable::Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept {
   shapes_->Exchange(geometry, successor);
   meshes_[geometry] = ToMesh((*shapes_)[geometry], shapes_->ItemCount(geometry));

@@ -73,6 +73,9 @@ class GeometryTable {
   /// The number of the only geometry with an ID; nothing if there are none or several.
   std::optional<uint32_t> Find(uint32_t geometry_id) const;
 
+  /// Whether no two geometries have the same.
+  bool have_own_ids() const;
+
   /// Puts a geometry in the place of another one, for which it can be exchanged.
   void Exchange(uint32_t geometry, Shapes::Successor& successor) noexcept;
 

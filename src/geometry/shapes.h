@@ -119,6 +119,7 @@ class Shapes {
   bool has_callbacks() const {
     return has_closest_filters_ || has_any_filters_ || has_user_primitives_;
   }
+  bool has_user_primitives() const { return has_user_primitives_; }
   /// Whether hits that a query finds may have to be shown to a filter function.
   bool has_filters(Query query) const {
     return query == Query::kAny ? has_any_filters_ : has_closest_filters_;

@@ -91,7 +91,7 @@ class FacetTest {
   void Test(const RayNumber* list, size_t count) const {
     if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
-    if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
+    if (HWY_UNLIKELY(task_.AsksFilters(kQuery))) {
       FetchForFilters(list, count);
     }
     if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
@@ -213,7 +213,7 @@ class FacetTest {
     FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
     if constexpr (kInLeaf) {
-      if (HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
+      if (HWY_UNLIKELY(task_.AsksFilters(kQuery))) {
         if (AskAboutNearest(number, crossing, triangles, corners, part)) return;
       } else if constexpr (kQuery == Query::kClosest) {
         if (HWY_LIKELY(TakeNearest(number, crossing, corners, part))) return;
@@ -298,7 +298,7 @@ class FacetTest {
     // Any hit needs no more than the lane, which is the block's unless facets were gathered for a
     // time.
     const bool names_wait = kInLeaf || (kQuery == Query::kAny && timed == nullptr);
-    if (!names_wait || HWY_UNLIKELY(task_.scene.geometries.shapes().has_filters(kQuery))) {
+    if (!names_wait || HWY_UNLIKELY(task_.AsksFilters(kQuery))) {
       TakeLanes<kInLeaf>(number, crossing, its_keys, triangles, part, timed);
     } else if constexpr (kQuery == Query::kAny) {
       BlockInLeaf(number, crossing.lanes & crossing.within_limit, part);

@@ -95,7 +95,7 @@ class PointTest {
   PointTest(const TraceTask& task, const LeafBlock& block)
       : task_(task),
         block_(block),
-        asks_names_(task.checks_masks || task.scene.geometries.shapes().has_filters(kQuery)) {}
+        asks_names_(task.checks_masks || task.AsksFilters(kQuery)) {}
 
   void Test(const RayNumber* list, size_t count) const {
     LeafPoints points;

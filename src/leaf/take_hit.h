@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "rays/closeness.h"
 #include "trace/trace_task.h"
@@ -32,8 +33,21 @@ inline const Callback& FilterOf(const Geometry& geometry) {
   return kQuery == Query::kAny ? geometry.any_filter : geometry.closest_filter;
 }
 
+/// A hit of a ray, on a geometry of the scene's table.
+struct ShownHit {
+  RayNumber ray;
+  uint32_t geometry;
+  FullHit hit;
+};
+
+/// Shows hits on one geometry, of several rays, to its filter function, at most
+/// CallOptions::callback_width of them. Returns those that it accepts, a bit each, and in `answers`
+/// what it has made of them.
+uint32_t ShowHits(const TraceTask& task, const Callback& filter, Query query,
+                  std::span<const ShownHit> shown, FullHit* answers);
+
 /// Shows `hit` to the filter function of a geometry, which may change it. Returns whether it
-/// accepts it.
+/// accepts it; not one that has been asked about.
 bool PassesFilter(const TraceTask& task, const Callback& filter, Query query, RayNumber ray,
                   uint32_t geometry, FullHit& hit);
 
@@ -82,7 +96,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
   found.t = candidate.t;
   if constexpr (kQuery == Query::kAny) {
     if (!candidate.within_limit || ray.tfar < 0) return;
-    if (shapes.has_filters(kQuery)) {
+    if (task.AsksFilters(kQuery)) {
       const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
       if (filter && !PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;
     }
@@ -93,7 +107,7 @@ inline void TakeHit(const TraceTask& task, RayNumber number, const Candidate& ca
     if (closeness == Closeness::kEqual && !ComesFirst(task, number, found, candidate.geometry))
       return;
     float key = candidate.key;
-    if (shapes.has_filters(kQuery)) {
+    if (task.AsksFilters(kQuery)) {
       const Callback& filter = FilterOf<kQuery>(shapes[candidate.geometry]);
       if (filter) {
         if (!PassesFilter(task, filter, kQuery, number, candidate.geometry, found)) return;

@@ -74,6 +74,9 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
     parts.has_callbacks |= scene->has_callbacks;
     parts.is_small &= scene->is_small;
   }
+  parts.closest_filters_may_wait = parts.kept && shapes.has_filters(Query::kClosest) &&
+                                   !shapes.has_user_primitives() && !parts.has_instances &&
+                                   parts.geometries.have_own_ids();
   // A scene that keeps nothing needs as much as its call for each triangle: that is not reserved.
   if (Engine().Keeps())
     Engine().workspaces.KeepFloor(Shape(CallPlan::Least(true, Engine().settings)));

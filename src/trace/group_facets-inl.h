@@ -347,6 +347,7 @@ class GroupFacets {
       changed |= LaneMask{1} << lane;
       changes[lane] = hit;
     });
+    task_.CountAnswers(passed, hwy::PopCount(Bits(closer)));
     KeepLanes(leaf, i, first, rays, triangle, terms, MaskOf((passed & ~changed) >> first), distance,
               key);
     ForEachLane(passed & changed, [&](size_t lane) {

@@ -71,6 +71,15 @@ struct GroupHits {
     body(kInstanceId, instance_id);
   }
 
+  void Set(size_t lane, const FullHit& hit) {
+    for (int axis = 0; axis < 3; ++axis) ng[axis][lane] = hit.ng[axis];
+    u[lane] = hit.u;
+    v[lane] = hit.v;
+    primitive_id[lane] = hit.primitive_id;
+    geometry_id[lane] = hit.geometry_id;
+    instance_id[lane] = hit.instance_id;
+    t[lane] = hit.t;
+  }
   FullHit Get(size_t lane) const {
     return {{ng[0][lane], ng[1][lane], ng[2][lane]},
             u[lane],
@@ -228,16 +237,6 @@ struct GroupHits {
       store(hn::Load(d, reinterpret_cast<const float*>(from) + first),
             to + static_cast<size_t>(component) * count);
     });
-  }
-
-  void Set(size_t lane, const FullHit& hit) {
-    for (int axis = 0; axis < 3; ++axis) ng[axis][lane] = hit.ng[axis];
-    u[lane] = hit.u;
-    v[lane] = hit.v;
-    primitive_id[lane] = hit.primitive_id;
-    geometry_id[lane] = hit.geometry_id;
-    instance_id[lane] = hit.instance_id;
-    t[lane] = hit.t;
   }
 };
 

@@ -25,13 +25,13 @@ class GroupLeafTest {
         items_(rays),
         tests_in_lanes_(task_.keeps_leaf_hits && !task_.checks_masks &&
                         !task_.scene.geometries.shapes().robust()),
-        has_filters_(task_.scene.geometries.shapes().has_filters(kQuery)) {}
+        asks_filters_(task_.AsksFilters(kQuery)) {}
 
   /// `enter` says of boxes which of them rays may enter (see enter_group-inl.h).
   template <class Enter>
   HWY_INLINE void Test(ChildWord leaf, LaneMask active, ListMemory memory, const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
-    if (HWY_LIKELY(tests_in_lanes_ && block && !has_filters_)) {
+    if (HWY_LIKELY(tests_in_lanes_ && block && !asks_filters_)) {
       return facets_.Test(leaf, *block, active, enter);
     }
     if (!tests_in_lanes_) {
@@ -83,7 +83,7 @@ class GroupLeafTest {
 
   /// Whether filter functions are to be asked about hits in a leaf.
   bool IsFiltered(const LeafBlock& block) const {
-    return has_filters_ && HasGeometry(block, [](const Geometry& g) {
+    return asks_filters_ && HasGeometry(block, [](const Geometry& g) {
              return static_cast<bool>(FilterOf<kQuery>(g));
            });
   }
@@ -103,7 +103,7 @@ class GroupLeafTest {
   GroupFacets<kQuery, kMost> facets_;
   GroupItems<kQuery, kMost> items_;
   const bool tests_in_lanes_;
-  const bool has_filters_;
+  const bool asks_filters_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -80,6 +80,7 @@ class GroupPackets {
     alignas(64) int32_t valid[kPacketRays] = {};
     valid[i] = -1;
     filter(ArgumentsOf(query, item, valid, packet));
+    task_.CountAnswers(valid[i] != 0, 1);
     if (valid[i] == 0) return false;
     hit = RecordLayout::ReadHit(packet, width_, i);
     return true;

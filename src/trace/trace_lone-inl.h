@@ -12,6 +12,7 @@
 
 #include "leaf/lone_packet-inl.h"
 #include "leaf/user.h"
+#include "trace/ask_last-inl.h"
 #include "trace/last_blocker.h"
 #include "trace/lone_hit-inl.h"
 #include "trace/trace_rays-inl.h"
@@ -34,7 +35,9 @@ struct LoneCall {
   WorkspacePool& pool;
   const bool checks_masks;
   bool in_instance = false;
-  LoneHit hit;  ///< of a closest-hit query
+  LoneHit hit;                              ///< of a closest-hit query
+  FilterAnswers* filter_answers = nullptr;  ///< as in TraceTask, as is the next one
+  const FullHit* asked = nullptr;
   LoneCandidates candidates;
 };
 
@@ -98,7 +101,48 @@ class LoneTracer {
     LoneTracer& tracer;
   };
 
-  HWY_NOINLINE void TraceAsking() { Trace<Asks::kOthers>(); }
+  HWY_NOINLINE void TraceAsking() {
+    if constexpr (kQuery == Query::kClosest) {
+      if (scene_.closest_filters_may_wait && !call_.in_instance) {
+        call_.filter_answers = &LearntAbout(scene_.kept.get()).filter_answers;
+        if (call_.filter_answers->AcceptMost()) return TraceAskingLast();
+      }
+    }
+    TraceAskingOthers();
+  }
+  HWY_NOINLINE void TraceAskingOthers() { Trace<Asks::kOthers>(); }
+
+  /// Filter functions are asked about the hit that the ray has in the end (see ask_last-inl.h).
+  HWY_NOINLINE void TraceAskingLast() {
+    asks_filters_ = false;
+    if (HWY_UNLIKELY(call_.checks_masks)) {
+      TraceAskingOthers();
+    } else {
+      Trace<Asks::kNobody>();
+    }
+    asks_filters_ = true;
+    if (!(ray_.state & RayRecord::kHasHit)) return;
+    const uint32_t geometry = call_.hit.geometry();
+    const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
+    if (!filter) return;
+    const FullHit shown = call_.hit.Get();
+    FullHit hit = shown;
+    const bool is_accepted = PassesFilter(filter, hit);
+    if (HWY_LIKELY(is_accepted && IsSame(hit, shown))) return;
+    // One that was moved away gives way to what is nearer now.
+    const bool is_final = is_accepted && hit.t <= shown.t;
+    if (!is_final) {
+      LoadRecord(static_cast<const float*>(call_.packet.values), call_.packet.has_masks, ray_);
+    }
+    if (is_accepted) {
+      SetHit(ray_, hit.t, 0, geometry);
+      call_.hit.Set(hit, geometry);
+    }
+    if (is_final) return;
+    call_.asked = &shown;
+    TraceAskingOthers();
+    call_.asked = nullptr;
+  }
 
   template <Asks kAsks>
   HWY_INLINE void Trace() {
@@ -222,7 +266,7 @@ class LoneTracer {
   /// Whether there is anything to ask but distances where a block is hit.
   HWY_INLINE bool HasToAsk(const LeafBlock& block) const {
     return call_.checks_masks || block.geometry == LeafBlock::kSeveral ||
-           FilterOf<kQuery>(scene_.geometries.shapes()[block.geometry]);
+           (asks_filters_ && FilterOf<kQuery>(scene_.geometries.shapes()[block.geometry]));
   }
 
   HWY_INLINE WalkStep Block() {
@@ -237,7 +281,7 @@ class LoneTracer {
   /// Offers the ray the candidates, where names, masks or filter functions decide.
   HWY_INLINE WalkStep TakeAsking() {
     LoneCandidates& candidates = call_.candidates;
-    const bool has_filters = scene_.geometries.shapes().has_filters(kQuery);
+    const bool has_filters = asks_filters_ && scene_.geometries.shapes().has_filters(kQuery);
     while (!candidates.is_empty()) {
       // Near ones first, because a filter function may end the ray, and counts what it sees.
       const size_t lane = has_filters ? candidates.TakeNearest() : candidates.TakeAny();
@@ -257,7 +301,7 @@ class LoneTracer {
       const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
       if (closeness == Closeness::kFarther) continue;
       if (closeness == Closeness::kEqual && !ComesFirst(lane)) continue;
-      if (filter) {
+      if (filter && asks_filters_) {
         FullHit hit = candidates.Hit(lane);
         const float t = hit.t;
         if (!PassesFilter(filter, hit)) continue;
@@ -283,10 +327,12 @@ class LoneTracer {
   }
 
   HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
+    if (call_.asked && IsSame(hit, *call_.asked)) return false;
     LonePacket packet(call_.packet, ray_);
     packet.SetHit(hit);
     filter(packet.Arguments(kQuery, hit.geometry_id, hit.primitive_id, instance_id_,
                             call_.options.call));
+    if (call_.filter_answers) call_.filter_answers->Count(1, packet.is_valid());
     if (!packet.is_valid()) return false;
     hit = packet.Hit();
     return true;
@@ -421,18 +467,21 @@ class LoneTracer {
     RayNumber outer_ray;
     const CallFrame frame{nullptr, &call_.packet, 0, call_.options, call_.packet.instance_value};
     SplitMemory split_memory(call_.pool);
-    const TraceTask task{scene_,
-                         partition_,
-                         &ray_,
-                         &hit,
-                         call_.checks_masks,
-                         /*keeps_leaf_hits=*/true,
-                         frame,
-                         split_memory,
-                         {&instance_ray, &instance_hit, &outer_ray, call_.in_instance ? 0u : 1u},
-                         nullptr,
-                         FinishHit,
-                         instance_id_};
+    TraceTask task{scene_,
+                   partition_,
+                   &ray_,
+                   &hit,
+                   call_.checks_masks,
+                   /*keeps_leaf_hits=*/true,
+                   frame,
+                   split_memory,
+                   {&instance_ray, &instance_hit, &outer_ray, call_.in_instance ? 0u : 1u},
+                   nullptr,
+                   FinishHit,
+                   instance_id_};
+    task.asks_filters_last = !asks_filters_;
+    task.asked = call_.asked;
+    task.filter_answers = call_.filter_answers;
     trace(task);
     if constexpr (kQuery == Query::kClosest) {
       if (!(ray_.state & RayRecord::kHasHit)) return;
@@ -448,6 +497,7 @@ class LoneTracer {
   const PartitionView partition_;
   const uint32_t instance_id_;
   RayRecord& ray_;
+  bool asks_filters_ = true;  ///< where hits are found
 };
 
 }  // namespace HWY_NAMESPACE

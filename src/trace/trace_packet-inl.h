@@ -12,6 +12,7 @@
 #include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
 #include "rays/write_record-inl.h"
+#include "trace/ask_last-inl.h"
 #include "trace/group_hits-inl.h"
 #include "trace/learnt.h"
 #include "trace/policy.h"
@@ -185,6 +186,7 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
                  nullptr,
                  FinishHit,
                  packet.instance_value};
+  ChooseWhenToAsk<kQuery>(task);
   TraceGroup<kQuery>(task, lanes, active, memory.Lists(),
                      LearntOfGroups<kQuery>(scene, &Learnt::order_of_packets));
   if constexpr (kQuery == Query::kAny) {
@@ -192,7 +194,9 @@ void TraceLanes(const SceneParts& scene, const RayPacket& packet, const CallOpti
       RecordLayout::WriteBlocked(packet, static_cast<uint32_t>(lane));
     });
   } else {
-    GroupHits<kPacketRays>(task, lanes, active).Write(packet);
+    GroupHits<kPacketRays> found(task, lanes, active);
+    if (HWY_UNLIKELY(task.asks_filters_last)) AskLast(task, lanes, memory.Lists(), found);
+    found.Write(packet);
   }
 }
 

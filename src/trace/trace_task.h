@@ -1,6 +1,9 @@
 // Some rays against one scene, or against an instance in it: what the recursion works on.
 #pragma once
 
+#include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 #include "dacrt/dacrt.h"
@@ -9,6 +12,7 @@
 #include "runtime/split_memory.h"
 #include "scene/scene_parts.h"
 #include "trace/child_order.h"
+#include "trace/filter_answers.h"
 
 namespace dacrt {
 
@@ -76,6 +80,22 @@ struct TraceTask {
   /// Whether closest hits that are known by leaf and lane are asked last whether the ray enters the
   /// triangle's own box (see trace_view-inl.h).
   bool asks_boxes_last = false;
+  /// Whether filter functions are asked last about closest hits (see ask_last-inl.h).
+  bool asks_filters_last = false;
+  const FullHit* asked = nullptr;  ///< that has been asked about, and is not offered again
+  FilterAnswers* filter_answers = nullptr;  ///< null where it does not matter what they are
+
+  /// Whether filter functions are asked about hits where these are found.
+  bool AsksFilters(Query query) const {
+    return scene.geometries.shapes().has_filters(query) && !asks_filters_last;
+  }
+
+  /// A filter function has been shown hits, and has accepted some, a bit each.
+  void CountAnswers(uint64_t accepted, std::size_t shown) const {
+    if (filter_answers) {
+      filter_answers->Count(shown, static_cast<std::size_t>(std::popcount(accepted)));
+    }
+  }
 
   /// The number of a ray outside.
   RayNumber OuterOf(RayNumber ray) const { return outer_rays ? outer_rays[ray] : ray; }

@@ -10,6 +10,7 @@
 #include "leaf/finish_hit-inl.h"
 #include "rays/load_records-inl.h"
 #include "runtime/ticks.h"
+#include "trace/ask_last-inl.h"
 #include "trace/group_hits-inl.h"
 #include "trace/learnt.h"
 #include "trace/trace_rays-inl.h"
@@ -22,20 +23,6 @@ namespace HWY_NAMESPACE {
 /// the hits are written.
 constexpr size_t kFetchHits = 8, kFetchCallers = 16;
 
-/// Traces a loaded ray once more, which asks every box at once. Returns whether it has a hit.
-HWY_NOINLINE bool TraceAgain(const TraceTask& task, RayNumber number, ListMemory lists,
-                             FullHit& hit) {
-  TraceTask again = task;
-  again.asks_boxes_last = false;
-  RayRecord& ray = task.rays[number];
-  LoadRay(RecordLayout(*task.frame.view), task.frame.first + task.callers[number], ray);
-  OneTracer<Query::kClosest>(again).Trace(task.scene.kept->root(), number, lists);
-  if (!(ray.state & RayRecord::kHasHit)) return false;
-  uint32_t geometry;
-  hit = again.HitOf(number, geometry);
-  return true;
-}
-
 /// Writes what the loaded closest-hit rays have found to the caller's records. Returns how many
 /// found something.
 template <bool kAsksBoxes>
@@ -45,19 +32,30 @@ size_t StoreHits(const TraceTask& task, const LoadedRays& loaded, ListMemory lis
   const auto has_hit = [&](size_t ray) { return task.rays[ray].state & RayRecord::kHasHit; };
   FinishedHitsOf<EightTag, kAsksBoxes> finished(task);
   size_t stored = 0;
+  const auto write = [&](RayNumber number, const FullHit* hit) {
+    if (HWY_LIKELY(hit != nullptr)) {
+      layout.WriteHit(caller_of(number), *hit);
+    } else {
+      --stored;
+    }
+  };
+  ShownHit shown[finished.kMost];
+  size_t shown_count = 0;
   const auto finish = [&]() HWY_ATTR {
-    finished.Finish([&](size_t i, uint32_t, const FullHit& found, bool counts = true) HWY_ATTR {
-      const RayNumber number = finished.number(i);
-      if (HWY_LIKELY(counts)) {
-        return layout.WriteHit(caller_of(number), found);
-      }
-      FullHit hit;
-      if (TraceAgain(task, number, lists, hit)) {
-        layout.WriteHit(caller_of(number), hit);
-      } else {
-        --stored;
-      }
-    });
+    finished.Finish([&](size_t i, uint32_t geometry, const FullHit& found, bool counts = true)
+                        HWY_ATTR {
+                          const RayNumber number = finished.number(i);
+                          FullHit hit;
+                          if (HWY_UNLIKELY(!counts)) {
+                            write(number, TraceAgain(task, number, lists, hit) ? &hit : nullptr);
+                          } else if (HWY_UNLIKELY(task.asks_filters_last)) {
+                            shown[shown_count++] = {number, geometry, found};
+                          } else {
+                            write(number, &found);
+                          }
+                        });
+    AskLast(task, {shown, shown_count}, lists, write);
+    shown_count = 0;
   };
   for (uint32_t octant = 0; octant < LoadedRays::kOctants; ++octant) {
     const size_t end = loaded.end[octant];
@@ -69,8 +67,11 @@ size_t StoreHits(const TraceTask& task, const LoadedRays& loaded, ListMemory lis
         finished.Prefetch(task.rays[i + kFetchHits]);
         finished.Add(static_cast<RayNumber>(i));
         if (finished.count() == finished.kMost) finish();
-      } else {
+      } else if (HWY_LIKELY(!task.asks_filters_last)) {
         layout.WriteHit(caller_of(i), task.hits[i]);
+      } else {
+        const ShownHit its{static_cast<RayNumber>(i), task.rays[i].hit, task.hits[i]};
+        AskLast(task, {&its, 1}, lists, write);
       }
       ++stored;
     }
@@ -164,8 +165,10 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
   if (loaded.count == 0) return;
   if (tags) KeepTags(task, loaded, tags);
   task.checks_masks = !task.scene.geometries.AllAccept(loaded.common_mask);
+  ChooseWhenToAsk<kQuery>(task);
   // Where nobody would see that a ray is traced twice.
-  task.asks_boxes_last = kQuery == Query::kClosest && !task.scene.has_callbacks;
+  task.asks_boxes_last =
+      kQuery == Query::kClosest && (!task.scene.has_callbacks || task.asks_filters_last);
   if constexpr (kQuery == Query::kAny) {
     // Without statistics the call is too short to learn from.
     LearntOrder& learnt = LearntAbout(task.scene.kept.get()).order_of_rays;
@@ -233,6 +236,7 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
   if (active == 0) return {};
   for (size_t lane = 0; lane < count; ++lane) callers[lane] = static_cast<uint32_t>(begin + lane);
   task.checks_masks = !task.scene.geometries.AllAccept(lanes.CommonMask(active));
+  ChooseWhenToAsk<kQuery>(task);
   const GroupVisits visits = TraceGroup<kQuery>(task, lanes, active, lists, learnt);
   size_t hits = 0;
   if constexpr (kQuery == Query::kAny) {
@@ -240,7 +244,8 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
     hits = hwy::PopCount(blocked);
     ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(first + lane); });
   } else {
-    const GroupHits<kMost> found(task, lanes, active);
+    GroupHits<kMost> found(task, lanes, active);
+    if (HWY_UNLIKELY(task.asks_filters_last)) AskLast(task, lanes, lists, found);
     hits = hwy::PopCount(found.lanes);
     found.Write(layout, first);
   }

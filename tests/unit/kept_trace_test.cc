@@ -14,6 +14,7 @@
 #include "every_shape.h"
 #include "kept_trace.h"
 #include "partition/kept_partition.h"
+#include "shape_scenes.h"
 #include "trace/policy.h"
 
 namespace dacrt::unit {
@@ -299,7 +300,7 @@ TEST_P(KeptTraceTest, ThreadsByEveryWayIn) {
 }
 
 // A filter function that traces rays of its own through the same fresh scene, which has subsets to
-// split and leaves to fill in on the way.
+// split and leaves to fill in on the way. It is asked on the way, or last.
 TEST_P(KeptTraceTest, CallbacksMayTraceTheSameScene) {
   Random random(10);
   const Mesh mesh = MakeSoup(random, 6000, 1, 0.1f);
@@ -324,30 +325,34 @@ TEST_P(KeptTraceTest, CallbacksMayTraceTheSameScene) {
   const auto rays = MakeFullRays(random, 700);
   const std::vector<FullRay> few(rays.begin(), rays.begin() + 40);
   std::vector<FullRay> expected;
+  const auto test = [&](uint64_t budget, bool is_short, bool at_once) {
+    Inner inner;
+    Geometry geometry;
+    geometry.vertices = {{mesh.vertices.data(), 12}};
+    geometry.vertex_count = mesh.vertices.size();
+    geometry.primitives = {mesh.triangles.data(), 12};
+    geometry.primitive_count = mesh.triangles.size();
+    geometry.closest_filter = {Inner::Filter, &inner};
+    std::vector<Geometry> geometries = {geometry};
+    if (at_once) geometries.push_back(unit::FarUserGeometry(1));
+    const Scene scene(std::make_shared<Device>(WithBudget(budget)), geometries, SceneOptions{});
+    if (expected.empty()) {
+      inner.calls = 1000;
+      expected = TraceForm(scene, rays, Query::kClosest);
+      inner.calls = 0;
+    }
+    inner.scene = &scene;
+    inner.rays = few;
+    inner.expected = {expected.begin(), expected.begin() + 40};
+    ExpectSame(is_short ? TraceInCalls(scene, rays, Query::kClosest, 100)
+                        : TraceForm(scene, rays, Query::kClosest),
+               expected, "budget " + std::to_string(budget));
+    EXPECT_GT(inner.calls, at_once ? 10u : 3u);
+    EXPECT_EQ(inner.wrong, 0u) << "budget " << budget;
+  };
   for (const uint64_t budget : {uint64_t{0}, uint64_t{1}, uint64_t{60000}, kDefaultBudget}) {
     for (const bool is_short : {false, true}) {
-      Inner inner;
-      Geometry geometry;
-      geometry.vertices = {{mesh.vertices.data(), 12}};
-      geometry.vertex_count = mesh.vertices.size();
-      geometry.primitives = {mesh.triangles.data(), 12};
-      geometry.primitive_count = mesh.triangles.size();
-      geometry.closest_filter = {Inner::Filter, &inner};
-      const Scene scene(std::make_shared<Device>(WithBudget(budget)), {&geometry, 1},
-                        SceneOptions{});
-      if (expected.empty()) {
-        inner.calls = 1000;
-        expected = TraceForm(scene, rays, Query::kClosest);
-        inner.calls = 0;
-      }
-      inner.scene = &scene;
-      inner.rays = few;
-      inner.expected = {expected.begin(), expected.begin() + 40};
-      ExpectSame(is_short ? TraceInCalls(scene, rays, Query::kClosest, 100)
-                          : TraceForm(scene, rays, Query::kClosest),
-                 expected, "budget " + std::to_string(budget));
-      EXPECT_GT(inner.calls, 10u);
-      EXPECT_EQ(inner.wrong, 0u) << "budget " << budget;
+      for (const bool at_once : {true, false}) test(budget, is_short, at_once);
     }
   }
 }

@@ -347,7 +347,8 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
   Geometry geometry = unit::TriangleView(triangles, 0);
   const auto plain = MakeScene({geometry}, kDefaultBudget);
   geometry.closest_filter = {unit::AcceptAll, nullptr};
-  const auto filtered = MakeScene({geometry}, kDefaultBudget);
+  const auto asks_last = MakeScene({geometry}, kDefaultBudget);
+  const auto asks_at_once = MakeScene({geometry, unit::FarUserGeometry(1)}, kDefaultBudget);
   std::size_t at_end = 0;
   for (const TimedRay& hit : Trace(*plain, unit::MakeRays(random, 3000))) {
     if (!hit.IsHit()) continue;
@@ -355,7 +356,8 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
     for (int k = 0; k < 3; ++k, ray.tfar = std::nextafter(ray.tfar, 0.0f)) {
       for (const uint32_t lanes : {1u, 4u, 8u}) {
         const FullRay expected = TraceLanes(*plain, ray, lanes);
-        ASSERT_EQ(TraceLanes(*filtered, ray, lanes), expected) << lanes << " lanes";
+        ASSERT_EQ(TraceLanes(*asks_last, ray, lanes), expected) << lanes << " lanes";
+        ASSERT_EQ(TraceLanes(*asks_at_once, ray, lanes), expected) << lanes << " lanes";
         at_end += expected.IsHit();
       }
     }
@@ -382,7 +384,8 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
   Geometry beside = unit::TriangleView(far_away, 1);
   for (const uint32_t mask : {UINT32_MAX, 2u}) {
     beside.mask = mask;
-    const auto scene = MakeScene({geometry, beside}, kDefaultBudget, false, 1);
+    const auto scene =
+        MakeScene({geometry, beside, unit::FarUserGeometry(2)}, kDefaultBudget, false, 1);
     for (const std::size_t count : {1u, 2u, 3000u}) {
       std::vector<TimedRay> rays(count);
       for (TimedRay& ray : rays) {
