@@ -124,7 +124,10 @@ class AskLastTest : public testing::TestWithParam<Calls> {
   /// The rays against a scene that has learnt that next to all hits are accepted.
   std::vector<RayHit> TraceLearnt(const Scene& scene, const std::vector<RayHit>& rays) {
     filter_.rejects = false;
-    for (int round = 0; round < 3; ++round) Trace(scene, rays, GetParam());
+    // So many that what another scene, which stood in its place before, had rejected is forgotten.
+    constexpr std::size_t kToLearnFrom = 4000;
+    filter_.shown.clear();
+    while (filter_.shown.size() < kToLearnFrom) Trace(scene, rays, GetParam());
     filter_.shown.clear();
     filter_.are_in_their_lanes = true;
     filter_.rejects = rejects_;
