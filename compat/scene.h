@@ -221,11 +221,11 @@ class Scene : public std::enable_shared_from_this<Scene> {
   /// Those of IDs below its size, null where there is none: programs ask for them at each hit.
   std::vector<Geometry*> by_id_;
   std::map<unsigned int, Trace> gone_;  ///< detached ones that the snapshot knows
-  std::size_t instance_count_ = 0;   ///< of these
-  unsigned int first_free_id_;       ///< no smaller ID is free, from the device's first on
-  uint64_t revision_ = 1;            ///< grows when geometries are attached or detached
-  uint64_t visible_revision_ = 1;    ///< the last one but for attaching what is disabled
-  uint64_t committed_revision_ = 0;  ///< the one that was committed last
+  std::size_t instance_count_ = 0;      ///< of these
+  unsigned int first_free_id_;          ///< no smaller ID is free, from the device's first on
+  uint64_t revision_ = 1;               ///< grows when geometries are attached or detached
+  uint64_t visible_revision_ = 1;       ///< the last one but for attaching what is disabled
+  uint64_t committed_revision_ = 0;     ///< the one that was committed last
   RTCSceneFlags committed_flags_ = RTC_SCENE_FLAG_NONE;
   std::shared_ptr<Snapshot> snapshot_;
 

@@ -31,9 +31,9 @@ struct ContestSetup {
 /// Both libraries on one scene, with the same instruction set and number of threads. Contests for
 /// different numbers must not be there at the same time: see EmbreeLibrary.
 ///
-/// Embree traces streams on the threads that call it. The drop-in is called from one, with the
-/// whole batch: its device has threads of its own. Single rays and packets are sent from as many
-/// threads to both.
+/// Embree traces streams on the threads that call it. The drop-in gets a batch that is one picture
+/// in one call, from one thread: its device has threads of its own. Single rays, packets and streams
+/// that are slices of a picture are sent from as many threads to both.
 class EmbreeContest {
  public:
   /// `content` is made of `scene`; both must outlive this.
