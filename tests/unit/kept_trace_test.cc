@@ -334,7 +334,7 @@ TEST_P(KeptTraceTest, CallbacksMayTraceTheSameScene) {
     geometry.primitive_count = mesh.triangles.size();
     geometry.closest_filter = {Inner::Filter, &inner};
     std::vector<Geometry> geometries = {geometry};
-    if (at_once) geometries.push_back(unit::FarUserGeometry(1));
+    if (at_once) geometries.push_back(unit::UserGeometry(1));
     const Scene scene(std::make_shared<Device>(WithBudget(budget)), geometries, SceneOptions{});
     if (expected.empty()) {
       inner.calls = 1000;

@@ -132,14 +132,14 @@ inline std::size_t CountHits(const std::vector<TimedRay>& rays) {
 /// A filter function that accepts everything makes triangles go the way of all shapes.
 inline void AcceptAll(void*, const CallbackArguments&) {}
 
-/// A geometry far away. Where users' functions may be called, filter functions are asked at once.
-inline Geometry FarUserGeometry(uint32_t id) {
+/// A user geometry without functions. Where there is one, filter functions are asked at once.
+inline Geometry UserGeometry(uint32_t id) {
   Geometry user;
   user.shape = Shape::kUser;
   user.geometry_id = id;
   user.primitive_count = 1;
   user.bounds = {[](void*, uint32_t, uint32_t, Bounds& bounds) {
-                   bounds = {{500, 500, 500}, {501, 501, 501}};
+                   bounds = {{0, 0, 0}, {0.1f, 0.1f, 0.1f}};
                  },
                  nullptr};
   return user;

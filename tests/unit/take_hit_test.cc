@@ -225,7 +225,7 @@ TEST(TakeHitTest, AHitIsWhereTheFilterFunctionPutsIt) {
   }
   geometries[0].closest_filter = {TripleTheDistance, nullptr};
   Random random(2);
-  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+  const auto test = [&](uint64_t budget) {
     const auto scene = MakeScene(geometries, budget);
     for (const std::size_t count : {1u, 16u, 1000u}) {
       for (const uint32_t width : {1u, 8u}) {
@@ -246,7 +246,10 @@ TEST(TakeHitTest, AHitIsWhereTheFilterFunctionPutsIt) {
       EXPECT_EQ(hit.Get<uint32_t>(PacketComponent::kGeometryId), 1u);
       EXPECT_EQ(hit.Get(PacketComponent::kTfar), 2);
     }
-  }
+  };
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) test(budget);
+  geometries.push_back(unit::UserGeometry(2));
+  test(kDefaultBudget);
 }
 
 std::shared_ptr<const Scene> SceneOf(const std::shared_ptr<Device>& device,
@@ -349,7 +352,7 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
   const auto plain = MakeScene({geometry}, kDefaultBudget);
   geometry.closest_filter = {unit::AcceptAll, nullptr};
   const auto asks_last = MakeScene({geometry}, kDefaultBudget);
-  const auto asks_at_once = MakeScene({geometry, unit::FarUserGeometry(1)}, kDefaultBudget);
+  const auto asks_at_once = MakeScene({geometry, unit::UserGeometry(1)}, kDefaultBudget);
   std::size_t at_end = 0;
   for (const TimedRay& hit : Trace(*plain, unit::MakeRays(random, 3000))) {
     if (!hit.IsHit()) continue;
@@ -387,7 +390,7 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
   const auto test = [&](uint32_t mask) {
     beside.mask = mask;
     const auto scene =
-        MakeScene({geometry, beside, unit::FarUserGeometry(2)}, kDefaultBudget, false, 1);
+        MakeScene({geometry, beside, unit::UserGeometry(2)}, kDefaultBudget, false, 1);
     for (const std::size_t count : {1u, 2u, 3000u}) {
       std::vector<TimedRay> rays(count);
       for (TimedRay& ray : rays) {
