@@ -103,7 +103,7 @@ class FacetTest {
   HWY_INLINE void TakeInLeaf(RayNumber number, float key, bool within_limit,
                              size_t block_lane) const {
     RayRecord& ray = task_.rays[number];
-    if (HWY_UNLIKELY(task_.checks_masks) &&
+    if (HWY_UNLIKELY(AsksMasks()) &&
         !MayMeet(task_, ray, GeometryOfLane(task_, block_, block_lane))) {
       return;
     }
@@ -133,6 +133,16 @@ class FacetTest {
 
  private:
   static constexpr size_t kAhead = 4;
+
+  /// Whether masks are asked about each triangle: about those of one geometry they are before.
+  HWY_INLINE bool AsksMasks() const {
+    return task_.checks_masks && block_.geometry == LeafBlock::kSeveral;
+  }
+  /// Whether the mask of a ray excludes all of the block, which is of one geometry.
+  HWY_INLINE bool IsExcluded(const RayRecord& ray) const {
+    return HWY_UNLIKELY(task_.checks_masks) && block_.geometry != LeafBlock::kSeveral &&
+           !MayMeet(task_, ray, block_.geometry);
+  }
 
   template <CornerLayout kLayout>
   HWY_INLINE void TestOne(RayNumber number) const {
@@ -210,6 +220,7 @@ class FacetTest {
                           const Corners& corners, size_t part, const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
     if (kQuery == Query::kAny && ray.tfar < 0) return;
+    if (IsExcluded(ray)) return;
     FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
     if constexpr (kInLeaf) {
@@ -228,7 +239,7 @@ class FacetTest {
   template <class Corners>
   HWY_INLINE bool TakeNearest(RayNumber number, const FacetCrossing& crossing,
                               const Corners& corners, size_t part) const {
-    if (HWY_UNLIKELY(task_.checks_masks)) return false;
+    if (HWY_UNLIKELY(AsksMasks())) return false;
     RayRecord& ray = task_.rays[number];
     float nearest;
     size_t lane;
@@ -252,7 +263,7 @@ class FacetTest {
   HWY_NOINLINE bool AskAboutNearest(RayNumber number, FacetCrossing& crossing,
                                     const TestTrianglesOf<EightPart>& triangles,
                                     const Corners& corners, size_t part) const {
-    if (HWY_UNLIKELY(task_.checks_masks)) return false;
+    if (HWY_UNLIKELY(AsksMasks())) return false;
     RayRecord& ray = task_.rays[number];
     FoundInPart found;
     found.Keep(crossing, triangles);
@@ -325,8 +336,8 @@ class FacetTest {
     const auto is_equal = hn::Eq(hn::Load(kEightTag, keys), hn::Set(kEightTag, keys[first]));
     const uint64_t equal = Bits(kEightTag, is_equal) & lanes;
     const uint64_t within = equal & within_limit;
-    if (HWY_LIKELY((equal & (equal - 1)) == 0) || (within != 0 && within != equal) ||
-        task_.checks_masks || !task_.scene.geometries.all_fill_one_lane()) {
+    if (HWY_LIKELY((equal & (equal - 1)) == 0) || (within != 0 && within != equal) || AsksMasks() ||
+        !task_.scene.geometries.all_fill_one_lane()) {
       return lanes;
     }
     return (lanes & ~equal) | LeastNumber(equal, part);
@@ -357,7 +368,7 @@ class FacetTest {
   /// Blocks an any-hit ray, if its mask allows one of some lanes.
   HWY_INLINE void BlockInLeaf(RayNumber number, uint64_t lanes, size_t part) const {
     RayRecord& ray = task_.rays[number];
-    if (HWY_UNLIKELY(task_.checks_masks)) {
+    if (HWY_UNLIKELY(AsksMasks())) {
       ForEachLane(lanes, [&](size_t lane) {
         const size_t block_lane = part * kPartLanes + lane;
         if (!MayMeet(task_, ray, GeometryOfLane(task_, block_, block_lane))) {

@@ -78,6 +78,7 @@ struct GroupLanes {
     }
     start[lane] = ray.start;
     tnear[lane] = ray.tnear;
+    mask[lane] = ray.mask;
     LoadHit(lane, ray);
   }
   void LoadHit(size_t lane, const RayRecord& ray) {
@@ -172,6 +173,18 @@ struct GroupLanes {
 
   /// Whether some lanes are all that the vectors have in which rays stand.
   HWY_INLINE bool AreAll(LaneMask lanes) const { return lanes == FirstLanes(parts() * Lanes()); }
+
+  /// Those of some lanes whose rays have one of the bits of `geometry_mask` in their masks.
+  HWY_INLINE LaneMask Accepting(uint32_t geometry_mask, LaneMask lanes) const {
+    LaneMask accepting = 0;
+    const PartRange used = PartsWith(lanes);
+    for (size_t part = used.begin; part < used.end; ++part) {
+      const size_t first = part * Lanes();
+      const auto common = hn::And(hn::Load(kUint, mask + first), hn::Set(kUint, geometry_mask));
+      accepting |= Bits(hn::RebindMask(kFloat, hn::Ne(common, hn::Zero(kUint)))) << first;
+    }
+    return lanes & accepting;
+  }
 
   /// Bits that the masks of some lanes' rays have in common.
   HWY_INLINE uint32_t CommonMask(LaneMask lanes) const {

@@ -23,15 +23,15 @@ class GroupLeafTest {
         task_(rays.task()),
         facets_(rays),
         items_(rays),
-        tests_in_lanes_(task_.keeps_leaf_hits && !task_.checks_masks &&
-                        !task_.scene.geometries.shapes().robust()),
-        asks_filters_(task_.AsksFilters(kQuery)) {}
+        tests_in_lanes_(task_.keeps_leaf_hits && !task_.scene.geometries.shapes().robust()),
+        asks_filters_(task_.AsksFilters(kQuery)),
+        asks_(asks_filters_ || task_.checks_masks) {}
 
   /// `enter` says of boxes which of them rays may enter (see enter_group-inl.h).
   template <class Enter>
   HWY_INLINE void Test(ChildWord leaf, LaneMask active, ListMemory memory, const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
-    if (HWY_LIKELY(tests_in_lanes_ && block && !asks_filters_)) {
+    if (HWY_LIKELY(tests_in_lanes_ && block && !asks_)) {
       return facets_.Test(leaf, *block, active, enter);
     }
     if (!tests_in_lanes_) {
@@ -58,23 +58,44 @@ class GroupLeafTest {
   HWY_NOINLINE void TestRow(ChildWord leaf, const LeafBlock* block, LaneMask active,
                             ListMemory memory, const Enter& enter) {
     for (;; block = block->Next()) {
-      const bool is_still = !block->is_timed;
-      if (is_still && block->kind == LeafKind::kFacets && !IsFiltered(*block)) {
-        facets_.Test(leaf, *block, active, enter);
-      } else if (is_still && block->kind == LeafKind::kFacets && rays_.CanCall() &&
-                 !HasGrids(*block)) {
-        facets_.TestFiltered(leaf, *block, active, enter);
-      } else if (is_still && block->kind == LeafKind::kUser && rays_.CanCall()) {
-        items_.TestUserPrimitives(*block, active);
-      } else if (is_still && block->kind == LeafKind::kInstances) {
-        items_.TestInstances(*block, active, memory);
+      if (HWY_LIKELY(!task_.checks_masks)) {
+        TestInLanes(leaf, *block, active, memory, enter);
+      } else if (IsStillFacets(*block) && block->geometry != LeafBlock::kSeveral) {
+        const uint32_t mask = task_.scene.geometries[block->geometry].mask;
+        const LaneMask accepting = rays_.lanes().Accepting(mask, active);
+        if (accepting != 0) TestInLanes(leaf, *block, accepting, memory, enter);
       } else {
-        rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
-          TestBlock<kQuery>(task_, leaf, *block, list, count, memory);
-        });
+        TestByRecords(leaf, *block, active, memory);
       }
       if (block->is_last) return;
     }
+  }
+
+  /// A block against rays whose masks exclude nothing in it.
+  template <class Enter>
+  HWY_INLINE void TestInLanes(ChildWord leaf, const LeafBlock& block, LaneMask active,
+                              ListMemory memory, const Enter& enter) {
+    if (IsStillFacets(block) && !IsFiltered(block)) {
+      facets_.Test(leaf, block, active, enter);
+    } else if (IsStillFacets(block) && rays_.CanCall() && !HasGrids(block)) {
+      facets_.TestFiltered(leaf, block, active, enter);
+    } else if (!block.is_timed && block.kind == LeafKind::kUser && rays_.CanCall()) {
+      items_.TestUserPrimitives(block, active);
+    } else if (!block.is_timed && block.kind == LeafKind::kInstances) {
+      items_.TestInstances(block, active, memory);
+    } else {
+      TestByRecords(leaf, block, active, memory);
+    }
+  }
+
+  void TestByRecords(ChildWord leaf, const LeafBlock& block, LaneMask active, ListMemory memory) {
+    rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
+      TestBlock<kQuery>(task_, leaf, block, list, count, memory);
+    });
+  }
+
+  static bool IsStillFacets(const LeafBlock& block) {
+    return !block.is_timed && block.kind == LeafKind::kFacets;
   }
 
   bool HasGrids(const LeafBlock& block) const {
@@ -104,6 +125,7 @@ class GroupLeafTest {
   GroupItems<kQuery, kMost> items_;
   const bool tests_in_lanes_;
   const bool asks_filters_;
+  const bool asks_;  ///< these, or masks
 };
 
 }  // namespace HWY_NAMESPACE

@@ -44,7 +44,8 @@ struct Learnt {
 };
 
 /// What the calling thread has learnt about a scene that it asks for by an address: calls are often
-/// smaller than what it takes to learn. It may forget, and may confuse scenes.
+/// smaller than what it takes to learn. It begins with what one that has ended knew. It may forget,
+/// and may confuse scenes.
 Learnt& LearntAbout(const void* scene);
 
 }  // namespace dacrt

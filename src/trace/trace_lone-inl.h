@@ -10,36 +10,15 @@
 
 #include <type_traits>
 
-#include "leaf/lone_packet-inl.h"
 #include "leaf/user.h"
 #include "trace/ask_last-inl.h"
 #include "trace/last_blocker.h"
-#include "trace/lone_hit-inl.h"
+#include "trace/lone_ray-inl.h"
 #include "trace/trace_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
-
-/// The call, from the scene itself to the instances in it.
-struct LoneCall {
-  LoneCall(const RayPacket& call_packet, const CallOptions& call_options, WorkspacePool& call_pool,
-           bool call_checks_masks)
-      : packet(call_packet),
-        options(call_options),
-        pool(call_pool),
-        checks_masks(call_checks_masks) {}
-
-  const RayPacket& packet;  ///< of one lane
-  const CallOptions& options;
-  WorkspacePool& pool;
-  const bool checks_masks;
-  bool in_instance = false;
-  LoneHit hit;                              ///< of a closest-hit query
-  FilterAnswers* filter_answers = nullptr;  ///< as in TraceTask, as is the next one
-  const FullHit* asked = nullptr;
-  LoneCandidates candidates;
-};
 
 template <Query kQuery, bool kRobust>
 class LoneTracer;
@@ -61,14 +40,10 @@ HWY_NOINLINE void TraceLoneInInstance(LoneCall& call, const SceneParts& scene, u
 }
 
 template <Query kQuery, bool kRobust>
-class LoneTracer {
+class LoneTracer : LoneRay<kQuery> {
  public:
   LoneTracer(LoneCall& call, const SceneParts& scene, uint32_t instance_id, RayRecord& ray)
-      : call_(call),
-        scene_(scene),
-        partition_(scene.partition()),
-        instance_id_(instance_id),
-        ray_(ray) {}
+      : LoneRay<kQuery>(call, scene, instance_id, ray) {}
 
   HWY_INLINE void Trace() {
     // Packets that callbacks see may be of more than one lane.
@@ -80,6 +55,10 @@ class LoneTracer {
   HWY_NOINLINE void TraceApart() { Trace(); }
 
  private:
+  using Ray = LoneRay<kQuery>;
+  using Ray::Accepts, Ray::Block, Ray::PassesFilter, Ray::TakeAsking;
+  using Ray::call_, Ray::scene_, Ray::partition_, Ray::instance_id_, Ray::ray_, Ray::asks_filters_;
+
   /// Where a ray meets triangles, who decides whether it has hit one: masks, filter functions and
   /// names are asked where there are such.
   enum class Asks {
@@ -163,6 +142,7 @@ class LoneTracer {
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
     if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
+    if (kAsks == Asks::kOthers && IsExcluded(*block)) return WalkStep::kNext;
     const WalkStep step = TestFacets<kAsks>(*block);
     if (kQuery == Query::kAny && step == WalkStep::kStop) {
       LastBlocker::OfThisStack().Remember(scene_.kept->edition(), leaf);
@@ -263,79 +243,15 @@ class LoneTracer {
     return WalkStep::kNext;
   }
 
-  /// Whether there is anything to ask but distances where a block is hit.
+  /// Whether the mask of the ray excludes all of a block, which is of one geometry.
+  HWY_INLINE bool IsExcluded(const LeafBlock& block) const {
+    return block.geometry != LeafBlock::kSeveral && !Accepts(block.geometry);
+  }
+
+  /// Whether there is anything to ask but distances where a block is hit that is not excluded.
   HWY_INLINE bool HasToAsk(const LeafBlock& block) const {
-    return call_.checks_masks || block.geometry == LeafBlock::kSeveral ||
+    return block.geometry == LeafBlock::kSeveral ||
            (asks_filters_ && FilterOf<kQuery>(scene_.geometries.shapes()[block.geometry]));
-  }
-
-  HWY_INLINE WalkStep Block() {
-    ray_.tfar = -std::numeric_limits<float>::infinity();
-    return WalkStep::kStop;
-  }
-
-  HWY_INLINE bool Accepts(uint32_t geometry) const {
-    return !call_.checks_masks || (ray_.mask & scene_.geometries[geometry].mask) != 0;
-  }
-
-  /// Offers the ray the candidates, where names, masks or filter functions decide.
-  HWY_INLINE WalkStep TakeAsking() {
-    LoneCandidates& candidates = call_.candidates;
-    const bool has_filters = asks_filters_ && scene_.geometries.shapes().has_filters(kQuery);
-    while (!candidates.is_empty()) {
-      // Near ones first, because a filter function may end the ray, and counts what it sees.
-      const size_t lane = has_filters ? candidates.TakeNearest() : candidates.TakeAny();
-      const uint32_t geometry = candidates.geometry(lane);
-      if (!Accepts(geometry)) continue;
-      const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
-      if constexpr (kQuery == Query::kAny) {
-        if (!candidates.within_limit(lane)) continue;
-        if (filter) {
-          FullHit hit = candidates.Hit(lane);
-          if (!PassesFilter(filter, hit)) continue;
-        }
-        candidates.Clear();
-        return Block();
-      }
-      float key = candidates.key(lane);
-      const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
-      if (closeness == Closeness::kFarther) continue;
-      if (closeness == Closeness::kEqual && !ComesFirst(lane)) continue;
-      if (filter && asks_filters_) {
-        FullHit hit = candidates.Hit(lane);
-        const float t = hit.t;
-        if (!PassesFilter(filter, hit)) continue;
-        if (hit.t != t) key = hit.t;
-        call_.hit.Set(hit, geometry);
-      } else {
-        candidates.CopyHit(lane, call_.hit);
-      }
-      SetHit(ray_, key, 0, 0);
-    }
-    return WalkStep::kNext;
-  }
-
-  /// Whether a candidate comes before the hit by name.
-  HWY_INLINE bool ComesFirst(size_t lane) const {
-    const LoneCandidates& candidates = call_.candidates;
-    if (scene_.geometries.all_fill_one_lane() && call_.hit.IsIn(scene_, instance_id_)) {
-      return candidates.number(lane) < call_.hit.number();
-    }
-    const FullHit hit = candidates.Hit(lane), other = call_.hit.Get();
-    return dacrt::ComesFirst({hit, candidates.geometry(lane)}, {other, call_.hit.geometry()},
-                             call_.packet.instance_value);
-  }
-
-  HWY_INLINE bool PassesFilter(const Callback& filter, FullHit& hit) const {
-    if (call_.asked && IsSame(hit, *call_.asked)) return false;
-    LonePacket packet(call_.packet, ray_);
-    packet.SetHit(hit);
-    filter(packet.Arguments(kQuery, hit.geometry_id, hit.primitive_id, instance_id_,
-                            call_.options.call));
-    if (call_.filter_answers) call_.filter_answers->Count(1, packet.is_valid());
-    if (!packet.is_valid()) return false;
-    hit = packet.Hit();
-    return true;
   }
 
   HWY_INLINE WalkStep AskLeaf(ChildWord child) {
@@ -491,13 +407,6 @@ class LoneTracer {
       ray_.state &= ~RayRecord::kInLeaf;
     }
   }
-
-  LoneCall& call_;
-  const SceneParts& scene_;
-  const PartitionView partition_;
-  const uint32_t instance_id_;
-  RayRecord& ray_;
-  bool asks_filters_ = true;  ///< where hits are found
 };
 
 }  // namespace HWY_NAMESPACE

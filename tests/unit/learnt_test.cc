@@ -26,5 +26,20 @@ TEST(LearntTest, EachThreadLearnsOfEachScene) {
   }).join();
 }
 
+// As in programs that make threads for each frame.
+TEST(LearntTest, AThreadBeginsWithWhatOneThatEndedKnew) {
+  alignas(1024) static char scenes[1024];
+  std::thread([&] { Learn(LearntAbout(&scenes[0]).order_of_rays); }).join();
+  std::thread([&] {
+    EXPECT_EQ(LearntAbout(&scenes[0]).order_of_rays.best(), ChildOrder::kFarthestFirst);
+    EXPECT_EQ(LearntAbout(&scenes[256]).order_of_rays.best(), ChildOrder::kAsStored);
+    Learn(LearntAbout(&scenes[256]).order_of_groups);
+  }).join();
+  std::thread([&] {
+    EXPECT_EQ(LearntAbout(&scenes[0]).order_of_rays.best(), ChildOrder::kFarthestFirst);
+    EXPECT_EQ(LearntAbout(&scenes[256]).order_of_groups.best(), ChildOrder::kFarthestFirst);
+  }).join();
+}
+
 }  // namespace
 }  // namespace dacrt

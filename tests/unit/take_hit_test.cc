@@ -373,24 +373,26 @@ TEST(TakeHitTest, FilterFunctionsAreAskedAboutHitsAtTheEnd) {
 // farthest first; rays alone, few of a group, lists, and with a mask that not all accept. Groups of
 // many, for which that does not hold, are not what a thread begins with.
 TEST(TakeHitTest, FilterFunctionsAreAskedAboutNearHitsFirst) {
-  Model layers;
-  layers.steps.resize(1);
+  Model layers[2];  // in turn, so that a leaf holds both
   for (uint32_t i = 0; i < 4; ++i) {
+    Model& model = layers[i % 2];
+    model.steps.resize(1);
     const float z = 1 - 1e-4f * static_cast<float>(i);
-    layers.steps[0].insert(layers.steps[0].end(), {-9, -9, z, 9, -9, z, 0, 9, z});
-    layers.indices.insert(layers.indices.end(), {3 * i, 3 * i + 1, 3 * i + 2});
+    model.steps[0].insert(model.steps[0].end(), {-9, -9, z, 9, -9, z, 0, 9, z});
+    const uint32_t first = i / 2 * 3;
+    model.indices.insert(model.indices.end(), {first, first + 1, first + 2});
   }
   Random random(11);
   Model far_away = unit::MakeTriangles(random, 3000);
   for (float& value : far_away.steps[0]) value -= 100;
   std::size_t asked = 0;
-  Geometry geometry = unit::TriangleView(layers, 0);
-  geometry.closest_filter = {unit::CountAsked, &asked};
-  Geometry beside = unit::TriangleView(far_away, 1);
+  Geometry geometries[] = {unit::TriangleView(layers[0], 0), unit::TriangleView(layers[1], 1)};
+  for (Geometry& geometry : geometries) geometry.closest_filter = {unit::CountAsked, &asked};
+  Geometry beside = unit::TriangleView(far_away, 2);
   const auto test = [&](uint32_t mask) {
     beside.mask = mask;
-    const auto scene =
-        MakeScene({geometry, beside, unit::UserGeometry(2)}, kDefaultBudget, false, 1);
+    const auto scene = MakeScene({geometries[0], geometries[1], beside, unit::UserGeometry(3)},
+                                 kDefaultBudget, false, 1);
     for (const std::size_t count : {1u, 2u, 3000u}) {
       std::vector<TimedRay> rays(count);
       for (TimedRay& ray : rays) {
