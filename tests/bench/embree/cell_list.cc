@@ -84,18 +84,19 @@ std::vector<Block> ShortBlocks(const std::string& folder, const std::vector<int>
   // What is fast over two scenes is not so over all: one of the dragon's cells was at 0.17, unseen.
   const Strings more =
       PresentScenes({"sibenik", "country_kitchen", "terrain_white_mountains", "dragon"}, folder);
-  Strings scenes = {kHall};
-  scenes.insert(scenes.end(), real.begin(), real.end());
+  const auto with_hall = [](Strings others) {
+    others.insert(others.begin(), kHall);
+    return others;
+  };
+  const Strings scenes = with_hall(real);
   // Of some 270,000 triangles: what a call costs beside its rays shows less.
   const Strings called = {kBox, scenes.back()};
-  Strings called_too = {kHall};  // as the dragon's cell shows
-  called_too.insert(called_too.end(), more.begin(), more.end());
   const std::vector<int> one = {threads.front()};
   return {
       {scenes, kTriangles, best, MainKinds(), {"64", "1K", "4K", "64K", "1M"}, threads},
       {scenes, kTriangles, best, kFourAPixel, {"1M"}, one},
       {called, kTriangles, best, MainKinds(), kCalls, threads},
-      {called_too, kTriangles, best, MainKinds(), {"1", "16"}, one},
+      {with_hall(more), kTriangles, best, MainKinds(), {"1", "16"}, one},
       {scenes, kTriangles, LesserIsas(), MainKinds(), {"64K", "256K"}, one},
       {{kHall}, OtherGeometries(), best, MainKinds(), {"64K"}, one},
       {{kHall}, kCompact, best, MainKinds(), {"64", "64K"}, one},
