@@ -68,6 +68,12 @@ struct TimedFacets {
   }
 };
 
+/// Whether masks are asked about each triangle of a block that is met: about those of one geometry
+/// they are asked before.
+HWY_INLINE bool AsksMasksOfEach(const TraceTask& task, const LeafBlock& block) {
+  return task.checks_masks && block.geometry == LeafBlock::kSeveral;
+}
+
 template <Query kQuery, bool kRobust>
 class FacetTest {
  public:
@@ -134,10 +140,7 @@ class FacetTest {
  private:
   static constexpr size_t kAhead = 4;
 
-  /// Whether masks are asked about each triangle: about those of one geometry they are before.
-  HWY_INLINE bool AsksMasks() const {
-    return task_.checks_masks && block_.geometry == LeafBlock::kSeveral;
-  }
+  HWY_INLINE bool AsksMasks() const { return AsksMasksOfEach(task_, block_); }
   /// Whether the mask of a ray excludes all of the block, which is of one geometry.
   HWY_INLINE bool IsExcluded(const RayRecord& ray) const {
     return HWY_UNLIKELY(task_.checks_masks) && block_.geometry != LeafBlock::kSeveral &&

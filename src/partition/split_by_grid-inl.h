@@ -46,35 +46,72 @@ struct SubsetLeaves {
   size_t count = 0;
 };
 
+/// One of as many stretches of some things as a grid has parts: threads take one each.
+struct Stretch {
+  Stretch(const Grid& grid, size_t number, size_t count)
+      : begin(number * count / grid.parts), end((number + 1) * count / grid.parts) {}
+
+  size_t begin, end;
+};
+
 /// Joins the cells of all parts. Returns the number of those that are not empty, which then stand
 /// first in grid.cells.
-inline size_t JoinCells(Grid& grid) {
-  size_t used = 0;
-  for (size_t cell = 0; cell < grid.CellCount(); ++cell) {
-    Corner lower = Corner::Load(grid.cells[cell].lower);
-    Corner upper = Corner::Load(grid.cells[cell].upper);
-    uint32_t count = grid.place[cell];
-    for (size_t part = 1; part < grid.parts; ++part) {
-      const TriangleRef& bounds = grid.cells_of(part)[cell];
-      lower = Min(lower, Corner::Load(bounds.lower));
-      upper = Max(upper, Corner::Load(bounds.upper));
-      count += grid.place_of(part)[cell];
+template <class ForEachPart>
+inline size_t JoinCells(Grid& grid, const ForEachPart& for_each_part) {
+  for_each_part([&](const Grid::Part& one) HWY_ATTR {
+    const Stretch stretch(grid, one.number, grid.CellCount());
+    for (size_t cell = stretch.begin; cell < stretch.end; ++cell) {
+      TriangleRef& all = grid.cells[cell];
+      Corner lower = Corner::Load(all.lower);
+      Corner upper = Corner::Load(all.upper);
+      uint32_t count = grid.place[cell];
+      for (size_t part = 1; part < grid.parts; ++part) {
+        const TriangleRef& bounds = grid.cells_of(part)[cell];
+        lower = Min(lower, Corner::Load(bounds.lower));
+        upper = Max(upper, Corner::Load(bounds.upper));
+        count += grid.place_of(part)[cell];
+      }
+      lower.Store(all.lower);
+      upper.Store(all.upper);
+      all.primitive = static_cast<uint32_t>(cell);
+      all.triangle_count = count;
     }
-    if (count == 0) continue;
-    TriangleRef& ref = grid.cells[used++];
-    lower.Store(ref.lower);
-    upper.Store(ref.upper);
-    ref.primitive = static_cast<uint32_t>(cell);
-    ref.triangle_count = count;
-  }
-  return used;
+  });
+  TriangleRef* const end =
+      std::remove_if(grid.cells, grid.cells + grid.CellCount(),
+                     [](const TriangleRef& c) { return c.triangle_count == 0; });
+  return static_cast<size_t>(end - grid.cells);
 }
 
-/// Gives the triangles of a cell, part by part, the places from `next` on.
-inline void PlaceCell(Grid& grid, size_t cell, uint32_t& next) {
-  for (size_t part = 0; part < grid.parts; ++part) {
-    next += std::exchange(grid.place_of(part)[cell], next);
+/// Makes subsets of ranges of cells, of which there are `count`, from number `first` on, and gives
+/// the triangles of each cell, part by part, their places.
+template <class ForEachPart>
+inline void PlaceCells(KeptPartition& kept, const Subset& whole, Grid& grid, uint32_t first,
+                       size_t count, const ForEachPart& for_each_part) {
+  uint32_t next = whole.begin;
+  // Children were listed in the order of their cells within a node only; so each takes its
+  // triangles from where the last one ended.
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t begin = next;
+    const Grid::CellRange& range = grid.subsets[i];
+    for (uint32_t cell = range.begin; cell < range.end; ++cell) {
+      next += grid.cells[cell].triangle_count;
+    }
+    DACRT_ASSERT(next > begin);
+    kept.subset(static_cast<uint32_t>(first + i)).SetUnsplit(begin, next - begin, range.surface);
   }
+  DACRT_ASSERT(next == whole.begin + whole.count);
+  for_each_part([&](const Grid::Part& one) {
+    const Stretch stretch(grid, one.number, count);
+    for (size_t i = stretch.begin; i < stretch.end; ++i) {
+      uint32_t place = kept.subset(static_cast<uint32_t>(first + i)).begin - whole.begin;
+      for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
+        for (size_t part = 0; part < grid.parts; ++part) {
+          place += std::exchange(grid.place_of(part)[grid.cells[cell].primitive], place);
+        }
+      }
+    }
+  });
 }
 
 /// Moves a part of the triangles to their places.
@@ -136,7 +173,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
                                                [&](size_t i) { return triangles[i]; });
     SortIntoCells(kept.geometries(), triangles, centers, grid, for_each_part);
   }
-  const size_t cells = JoinCells(grid);
+  const size_t cells = JoinCells(grid, for_each_part);
 
   const WeighedRange all{MeasureTriangles(grid.cells, 0, cells), subset.count};
   const std::span<BinaryRange> ranges = grid.Ranges();
@@ -153,19 +190,7 @@ inline uint32_t SplitByGrid(KeptPartition& kept, Subset& subset, SubsetScratch& 
   if (!run) return Subset::kNoRoom;
   subset.node_slots = run->count;
 
-  uint32_t next = 0;
-  for (size_t i = 0; i < leaves.count; ++i) {
-    const uint32_t begin = next;
-    // Children were listed in the order of their cells within a node only; so each takes its
-    // triangles from where the last one ended.
-    for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
-      PlaceCell(grid, grid.cells[cell].primitive, next);
-    }
-    DACRT_ASSERT(next > begin);
-    kept.subset(static_cast<uint32_t>(first_subset + i))
-        .SetUnsplit(subset.begin + begin, next - begin, grid.subsets[i].surface);
-  }
-  DACRT_ASSERT(next == subset.count);
+  PlaceCells(kept, subset, grid, first_subset, leaves.count, for_each_part);
   MoveAll(triangles, grid, for_each_part);
   return run->first;
 }

@@ -36,14 +36,13 @@ class RecordLayout {
                        follows(view.primitive_id, kPrimitiveId) &&
                        follows(view.geometry_id, kGeometryId) &&
                        follows(view.instance_id, kInstanceId);
+    if (std::has_single_bit(view.lanes)) lanes_shift_ = std::countr_zero(view.lanes);
   }
 
   /// Whether rays are records in the order of PacketComponent.
   bool has_records() const { return has_records_; }
   /// The record of a ray, then.
-  float* Record(std::size_t i) const {
-    return reinterpret_cast<float*>(view_.Address(view_.org_x, i));
-  }
+  float* Record(std::size_t i) const { return reinterpret_cast<float*>(StartOf(i) + view_.org_x); }
   /// Whether their hits stand there too.
   bool has_hit_records() const { return has_hit_records_; }
   bool has_masks() const { return view_.mask != RayView::kAbsent; }
@@ -58,26 +57,47 @@ class RecordLayout {
     hwy::Prefetch(record + static_cast<std::size_t>(has_hit_records_ ? kInstanceId : kTfar));
   }
 
+  /// What the components of a ray stand behind, see RayView.
+  std::uintptr_t StartOf(std::size_t i) const {
+    const std::size_t packet = lanes_shift_ >= 0 ? i >> lanes_shift_ : i / view_.lanes;
+    const std::uintptr_t start = view_.packets
+                                     ? reinterpret_cast<std::uintptr_t>(view_.packets[packet])
+                                     : packet * view_.packet_stride;
+    return start + (i - packet * view_.lanes) * view_.lane_stride;
+  }
+
+  /// Whether each component of rays `i` to `i + count - 1` is an array.
+  bool AreSideBySide(std::size_t i, std::size_t count) const {
+    if (view_.lanes == 1) return !view_.packets && view_.packet_stride == sizeof(float);
+    return view_.lane_stride == sizeof(float) && i % view_.lanes + count <= view_.lanes;
+  }
+  const RayView& view() const { return view_; }
+
   /// A bit for each axis on which the direction is negative.
   uint32_t ReadOctant(std::size_t i) const {
+    const std::uintptr_t start = StartOf(i);
     const auto sign = [&](RayView::Component component) {
-      return Read(component, i, uint32_t{0}) >> 31;
+      return ReadBehind(start, component, uint32_t{0}) >> 31;
     };
     return sign(view_.dir_x) | sign(view_.dir_y) << 1 | sign(view_.dir_z) << 2;
   }
 
   /// Reads what the engine's record of a ray is made of, component by component.
   void Read(std::size_t i, RayRecord& ray) const {
-    ray.org[0] = Read(view_.org_x, i, 0.0f);
-    ray.org[1] = Read(view_.org_y, i, 0.0f);
-    ray.org[2] = Read(view_.org_z, i, 0.0f);
-    ray.tnear = Read(view_.tnear, i, 0.0f);
-    ray.dir[0] = Read(view_.dir_x, i, 0.0f);
-    ray.dir[1] = Read(view_.dir_y, i, 0.0f);
-    ray.dir[2] = Read(view_.dir_z, i, 0.0f);
-    ray.time = Read(view_.time, i, 0.0f);
-    ray.tfar = Read(view_.tfar, i, 0.0f);
-    ray.mask = Read(view_.mask, i, UINT32_MAX);
+    const std::uintptr_t start = StartOf(i);
+    const auto read = [&](RayView::Component component, auto absent) {
+      return ReadBehind(start, component, absent);
+    };
+    ray.org[0] = read(view_.org_x, 0.0f);
+    ray.org[1] = read(view_.org_y, 0.0f);
+    ray.org[2] = read(view_.org_z, 0.0f);
+    ray.tnear = read(view_.tnear, 0.0f);
+    ray.dir[0] = read(view_.dir_x, 0.0f);
+    ray.dir[1] = read(view_.dir_y, 0.0f);
+    ray.dir[2] = read(view_.dir_z, 0.0f);
+    ray.time = read(view_.time, 0.0f);
+    ray.tfar = read(view_.tfar, 0.0f);
+    ray.mask = read(view_.mask, UINT32_MAX);
   }
 
   /// The same from a record in the order of PacketComponent.
@@ -126,7 +146,7 @@ class RecordLayout {
   }
 
   void WriteBlocked(std::size_t i) const {
-    Write(view_.tfar, i, -std::numeric_limits<float>::infinity());
+    WriteBehind(StartOf(i), view_.tfar, -std::numeric_limits<float>::infinity());
   }
 
   HWY_INLINE void WriteHit(std::size_t i, const FullHit& hit) const {
@@ -181,23 +201,24 @@ class RecordLayout {
   /// A component of ray i, or `absent`.
   template <class T>
   T Read(RayView::Component component, std::size_t i, T absent) const {
-    if (component == RayView::kAbsent) return absent;
-    T value;
-    std::memcpy(&value, reinterpret_cast<const void*>(view_.Address(component, i)), sizeof(value));
-    return value;
+    return ReadBehind(StartOf(i), component, absent);
   }
 
  private:
   HWY_NOINLINE void WriteComponents(std::size_t i, const FullHit& hit) const {
-    Write(view_.tfar, i, hit.t);
-    Write(view_.ng_x, i, hit.ng[0]);
-    Write(view_.ng_y, i, hit.ng[1]);
-    Write(view_.ng_z, i, hit.ng[2]);
-    Write(view_.u, i, hit.u);
-    Write(view_.v, i, hit.v);
-    Write(view_.primitive_id, i, hit.primitive_id);
-    Write(view_.geometry_id, i, hit.geometry_id);
-    Write(view_.instance_id, i, hit.instance_id);
+    const std::uintptr_t start = StartOf(i);
+    const auto write = [&](RayView::Component component, auto value) {
+      WriteBehind(start, component, value);
+    };
+    write(view_.tfar, hit.t);
+    write(view_.ng_x, hit.ng[0]);
+    write(view_.ng_y, hit.ng[1]);
+    write(view_.ng_z, hit.ng[2]);
+    write(view_.u, hit.u);
+    write(view_.v, hit.v);
+    write(view_.primitive_id, hit.primitive_id);
+    write(view_.geometry_id, hit.geometry_id);
+    write(view_.instance_id, hit.instance_id);
   }
 
   static void WriteTFar(const RayPacket& packet, uint32_t lane, float tfar) {
@@ -207,14 +228,22 @@ class RecordLayout {
   }
 
   template <class T>
-  void Write(RayView::Component component, std::size_t i, T value) const {
+  static T ReadBehind(std::uintptr_t start, RayView::Component component, T absent) {
+    if (component == RayView::kAbsent) return absent;
+    T value;
+    std::memcpy(&value, reinterpret_cast<const void*>(start + component), sizeof(value));
+    return value;
+  }
+  template <class T>
+  static void WriteBehind(std::uintptr_t start, RayView::Component component, T value) {
     if (component == RayView::kAbsent) return;
-    std::memcpy(reinterpret_cast<void*>(view_.Address(component, i)), &value, sizeof(value));
+    std::memcpy(reinterpret_cast<void*>(start + component), &value, sizeof(value));
   }
 
   const RayView& view_;
   bool has_records_;
   bool has_hit_records_;
+  int lanes_shift_ = -1;  ///< of the lanes of packets, if that is a power of two
 };
 
 }  // namespace dacrt

@@ -18,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
-template <Query kQuery, size_t kMost>
+template <Query kQuery, size_t kMost, bool kRobust>
 class GroupFacets {
  public:
   explicit GroupFacets(RayGroup<kMost>& rays)
@@ -33,10 +33,11 @@ class GroupFacets {
     TestOneByOne<false>(leaf, block, active);
   }
 
-  /// The same where filter functions may have to be asked; not of grids.
+  /// The same where masks or filter functions have to be asked about triangles that are met; of
+  /// grids no filter functions.
   template <class Enter>
-  HWY_INLINE void TestFiltered(ChildWord leaf, const LeafBlock& block, LaneMask active,
-                               const Enter& enter) {
+  HWY_INLINE void TestAsking(ChildWord leaf, const LeafBlock& block, LaneMask active,
+                             const Enter& enter) {
     if (hwy::PopCount(active) > Enter::kFewInLeaf) {
       return TestInLanes<true>(leaf, block, active, enter);
     }
@@ -45,10 +46,10 @@ class GroupFacets {
 
  private:
   /// The triangles side by side, and one ray after the other.
-  template <bool kFiltered>
+  template <bool kAsks>
   void TestOneByOne(ChildWord leaf, const LeafBlock& block, LaneMask active) {
     ForEachPart(block, [&](size_t part, const auto& triangles, const auto& corners) HWY_ATTR {
-      TestOneByOne<kFiltered>(leaf, block, part, triangles, corners, active);
+      TestOneByOne<kAsks>(leaf, block, part, triangles, corners, active);
     });
   }
 
@@ -67,20 +68,20 @@ class GroupFacets {
     }
   }
 
-  /// Drops lanes that are blocked from `active`. With kFiltered, filter functions are asked.
-  template <bool kFiltered, class Corners>
+  /// Drops lanes that are blocked from `active`. With kAsks, masks and filter functions are asked.
+  template <bool kAsks, class Corners>
   HWY_INLINE void TestOneByOne(ChildWord leaf, const LeafBlock& block, size_t part,
                                const TestTrianglesOf<EightPart>& triangles, const Corners& corners,
                                LaneMask& active) {
     for (LaneMask left = active; left != 0; left &= left - 1) {
       const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
       const SpreadLane<kMost> ray{lanes_, lane};
-      FacetCrossing crossing = CrossFacets<false>(ray, triangles, corners);
+      FacetCrossing crossing = CrossFacets<kRobust>(ray, triangles, corners);
       if (HWY_LIKELY(crossing.lanes == 0)) continue;
       // One box alone would cost as much: the ray's values are not side by side.
       const EightPart keys = KeepInOwnBoxes(ray, corners, crossing);
       if (crossing.lanes == 0) continue;
-      if constexpr (kFiltered) {
+      if constexpr (kAsks) {
         AskAboutOne(leaf, block, part, lane, crossing, keys, triangles);
         if (kQuery == Query::kAny && lanes_.tfar[lane] < 0) active &= ~(LaneMask{1} << lane);
       } else if constexpr (kQuery == Query::kClosest) {
@@ -142,8 +143,8 @@ class GroupFacets {
     KeepFound(lane, found, taken);
   }
 
-  /// The same where filter functions are to be asked: near ones first, because they may end the
-  /// ray, and count what they see.
+  /// The same where masks or filter functions are to be asked: near ones first, because these may
+  /// end the ray, and count what they see.
   HWY_NOINLINE void AskAboutOne(ChildWord leaf, const LeafBlock& block, size_t part, size_t lane,
                                 const FacetCrossing& crossing, EightPart its_keys,
                                 const TestTrianglesOf<EightPart>& triangles) {
@@ -159,6 +160,8 @@ class GroupFacets {
       const size_t block_lane = part * kPartLanes + i;
       if (kQuery == Query::kClosest && IsFarther(lane, keys[i], within_limit)) continue;
       const GeometryTable::Name name = NameOfLane(task_, block, block_lane);
+      if (AsksMasksOfEach(task_, block) && Accepting(name.geometry, LaneMask{1} << lane) == 0)
+        continue;
       FullHit hit =
           found.Hit(i, task_.scene, task_.instance_id, name, block.second >> block_lane & 1);
       if (kQuery == Query::kClosest && !(keys[i] < lanes_.tfar[lane])) {
@@ -166,7 +169,7 @@ class GroupFacets {
         continue;
       }
       const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
-      if (filter) {
+      if (filter && task_.AsksFilters(kQuery)) {
         const FullHit shown = hit;
         if (!rays_.Packets().CallAlone(filter, kQuery, name, lane, hit)) continue;
         if (kQuery == Query::kClosest && !IsSame(hit, shown)) {
@@ -204,13 +207,18 @@ class GroupFacets {
   HWY_NOINLINE void TakeByName(ChildWord leaf, const LeafBlock& block, size_t lane, float key,
                                bool within_limit, size_t block_lane) {
     const RayRecord& ray = rays_.RecordOf(lane);
-    FacetTest<kQuery, false>(task_, leaf, block)
+    FacetTest<kQuery, kRobust>(task_, leaf, block)
         .TakeInLeaf(rays_.numbers()[lane], key, within_limit, block_lane);
     lanes_.LoadHit(lane, ray);
   }
 
-  /// One triangle after the other. With kFiltered, filter functions are asked.
-  template <bool kFiltered, class Enter>
+  /// Those of some lanes whose rays may meet a geometry, by their masks.
+  HWY_INLINE LaneMask Accepting(uint32_t geometry, LaneMask lanes) const {
+    return lanes_.Accepting(task_.scene.geometries[geometry].mask, lanes);
+  }
+
+  /// One triangle after the other. With kAsks, masks and filter functions are asked.
+  template <bool kAsks, class Enter>
   void TestInLanes(ChildWord leaf, const LeafBlock& block, LaneMask active, const Enter& enter) {
     const BroadcastTriangles triangles(block, enter.MayMeet(active));
     const uint32_t candidates = triangles.candidates();
@@ -230,20 +238,20 @@ class GroupFacets {
       for (uint32_t left = candidates; left != 0; left &= left - 1) {
         const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
         const TestTriangles triangle = triangles.Get(i);
-        const auto terms = EdgeTerms(rays.org, rays.dir, triangle);
-        M meet = hn::And(PassesInside(terms), MaskOf(lanes));
-        if (HWY_LIKELY(hn::AllFalse(kFloat, meet))) continue;
-        const V t = DepthTerm(triangle, terms);
-        meet = hn::And(meet, MeetsInDepth(rays, t, terms.den));
-        if (hn::AllFalse(kFloat, meet)) continue;
-        const Interval interval = IntersectBox(triangles.Box(i), rays.org, rays.reciprocal);
-        meet = hn::And(meet, Enters(interval, rays.tnear, rays.tfar));
-        if (hn::AllFalse(kFloat, meet)) continue;
-        if (kFiltered && TakeFiltered(block, i, first, rays, triangle, terms, meet, t,
-                                      interval.entry, leaf, lanes)) {
+        TriangleMeeting meeting;
+        if (HWY_LIKELY(!triangles.Meet<kRobust>(i, triangle, rays, MaskOf(lanes), meeting))) {
+          continue;
+        }
+        if (kAsks && AsksMasksOfEach(task_, block)) {
+          const LaneMask accepting =
+              Accepting(GeometryOfLane(task_, block, i), Bits(meeting.meet) << first);
+          if (accepting == 0) continue;
+          meeting.meet = MaskOf(accepting >> first);
+        }
+        if (kAsks && TakeFiltered(block, i, first, rays, triangle, meeting, leaf, lanes)) {
           rays.tfar = hn::Load(kFloat, lanes_.tfar + first);
         } else {
-          TakeLanes(leaf, block, i, first, rays, triangle, terms, meet, t, interval.entry, lanes);
+          TakeLanes(leaf, block, i, first, rays, triangle, meeting, lanes);
         }
         if (kQuery == Query::kAny && lanes == 0) break;
       }
@@ -252,25 +260,22 @@ class GroupFacets {
 
   HWY_INLINE void TakeLanes(ChildWord leaf, const LeafBlock& block, size_t i, size_t first,
                             TestRays& rays, const TestTriangles& triangle,
-                            const PairTermsOf<V>& terms, M meet, V t, V entry, LaneMask& lanes) {
-    const M within = IsWithinLimit(rays, t, terms.den);
+                            const TriangleMeeting& meeting, LaneMask& lanes) {
     if constexpr (kQuery == Query::kAny) {
-      meet = hn::And(meet, within);
-      rays.tfar =
-          hn::IfThenElse(meet, hn::Set(kFloat, -std::numeric_limits<float>::infinity()), rays.tfar);
+      const M blocked = hn::And(meeting.meet, meeting.within_limit);
+      rays.tfar = hn::IfThenElse(blocked, hn::Set(kFloat, -std::numeric_limits<float>::infinity()),
+                                 rays.tfar);
       hn::Store(rays.tfar, kFloat, lanes_.tfar + first);
-      lanes &= ~Bits(meet);
+      lanes &= ~Bits(blocked);
       return;
     }
-    const V distance = hn::Div(t, terms.den);
-    const V key = hn::Max(distance, entry);
-    const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
-    KeepLanes(leaf, i, first, rays, triangle, terms, closer, distance, key);
-    const uint64_t equal = Bits(hn::AndNot(closer, meet));
+    const M closer = hn::And(meeting.meet, hn::Lt(meeting.key, rays.tfar));
+    KeepLanes(leaf, i, first, rays, triangle, meeting, closer);
+    const uint64_t equal = Bits(hn::AndNot(closer, meeting.meet));
     if (HWY_UNLIKELY(equal != 0)) {
       HWY_ALIGN float keys[kMaxLanes];
-      hn::Store(key, kFloat, keys);
-      const uint64_t limits = Bits(within);
+      hn::Store(meeting.key, kFloat, keys);
+      const uint64_t limits = Bits(meeting.within_limit);
       ForEachLane(equal, [&](size_t lane) {
         TakeByName(leaf, block, first + lane, keys[lane], (limits >> lane) & 1, i);
       });
@@ -280,49 +285,47 @@ class GroupFacets {
 
   /// Says that the rays of some lanes, which are all closer, hit a triangle.
   HWY_INLINE void KeepLanes(ChildWord leaf, size_t i, size_t first, const TestRays& rays,
-                            const TestTriangles& triangle, const PairTermsOf<V>& terms, M closer,
-                            V distance, V key) {
+                            const TestTriangles& triangle, const TriangleMeeting& meeting,
+                            M closer) {
     // Not stored with a mask: on some processors that takes ten times as long.
     const auto keep = [closer, first](auto v, auto* values) HWY_ATTR {
       const hn::DFromV<decltype(v)> d;
       const auto other = hn::Load(d, values + first);
       hn::Store(hn::IfThenElse(hn::RebindMask(d, closer), v, other), d, values + first);
     };
-    keep(distance, lanes_.t);
-    keep(terms.u, lanes_.u);
-    keep(terms.v, lanes_.v);
-    keep(terms.den, lanes_.den);
+    keep(meeting.t, lanes_.t);
+    keep(meeting.u, lanes_.u);
+    keep(meeting.v, lanes_.v);
+    keep(meeting.divisor, lanes_.den);
     for (int axis = 0; axis < 3; ++axis) keep(triangle.ng[axis], lanes_.ng[axis]);
     keep(hn::Set(kUint, RayRecord::kHasHit | RayRecord::kInLeaf | RayRecord::kInLanes |
                             static_cast<uint32_t>(i << RayRecord::kLaneShift)),
          lanes_.state);
     keep(hn::Set(kUint, leaf.bits()), lanes_.hit);
-    hn::Store(hn::IfThenElse(closer, key, rays.tfar), kFloat, lanes_.tfar + first);
+    hn::Store(hn::IfThenElse(closer, meeting.key, rays.tfar), kFloat, lanes_.tfar + first);
   }
 
   /// Shows the filter function of triangle `i` its hits; false, and nothing was done, if there is
   /// none. Blocked rays are taken from `lanes`.
   HWY_NOINLINE bool TakeFiltered(const LeafBlock& block, size_t i, size_t first,
                                  const TestRays& rays, const TestTriangles& triangle,
-                                 const PairTermsOf<V>& terms, M meet, V t, V entry, ChildWord leaf,
-                                 LaneMask& lanes) {
+                                 const TriangleMeeting& meeting, ChildWord leaf, LaneMask& lanes) {
+    if (!task_.AsksFilters(kQuery)) return false;
     const GeometryTable::Name name = NameOfLane(task_, block, i);
     const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
     if (!filter) return false;
-    const M within = IsWithinLimit(rays, t, terms.den);
-    const V one = hn::Set(kFloat, 1.0f), distance = hn::Div(t, terms.den);
-    const V key = hn::Max(distance, entry);
+    const V one = hn::Set(kFloat, 1.0f);
     GroupHits<kMost> hits;
     // Else packets hold lanes of this vector only, which are all written below.
     if (HWY_UNLIKELY(task_.frame.options.callback_width > Lanes())) hits.SetNone();
     const bool is_second = block.second >> i & 1;
     const auto put = [&](V value, float* values)
                          HWY_ATTR { hn::Store(value, kFloat, values + first); };
-    const V u = hn::Min(hn::Div(terms.u, terms.den), one);
-    const V v = hn::Min(hn::Div(terms.v, terms.den), one);
+    const V u = hn::Min(hn::Div(meeting.u, meeting.divisor), one);
+    const V v = hn::Min(hn::Div(meeting.v, meeting.divisor), one);
     put(is_second ? hn::Sub(one, u) : u, hits.u);
     put(is_second ? hn::Sub(one, v) : v, hits.v);
-    put(distance, hits.t);
+    put(meeting.t, hits.t);
     for (int axis = 0; axis < 3; ++axis) put(triangle.ng[axis], hits.ng[axis]);
     const uint32_t geometry_id = task_.scene.geometries[name.geometry].geometry_id;
     hn::Store(hn::Set(kUint, name.primitive), kUint, hits.primitive_id + first);
@@ -333,14 +336,15 @@ class GroupFacets {
                                   change);
     };
     if constexpr (kQuery == Query::kAny) {
-      const LaneMask passed = call(hn::And(meet, within), [](size_t, const FullHit&) {});
+      const M met = hn::And(meeting.meet, meeting.within_limit);
+      const LaneMask passed = call(met, [](size_t, const FullHit&) {});
       ForEachLane(passed, [&](size_t lane) { Block(lane); });
       lanes &= ~(passed >> first);
       return true;
     }
-    const M closer = hn::And(meet, hn::Lt(key, rays.tfar));
+    const M closer = hn::And(meeting.meet, hn::Lt(meeting.key, rays.tfar));
     HWY_ALIGN float keys[kMaxLanes];
-    hn::Store(key, kFloat, keys);
+    hn::Store(meeting.key, kFloat, keys);
     LaneMask changed = 0;
     FullHit changes[kMost];
     const LaneMask passed = call(closer, [&](size_t lane, const FullHit& hit) {
@@ -348,15 +352,14 @@ class GroupFacets {
       changes[lane] = hit;
     });
     task_.CountAnswers(passed, hwy::PopCount(Bits(closer)));
-    KeepLanes(leaf, i, first, rays, triangle, terms, MaskOf((passed & ~changed) >> first), distance,
-              key);
+    KeepLanes(leaf, i, first, rays, triangle, meeting, MaskOf((passed & ~changed) >> first));
     ForEachLane(passed & changed, [&](size_t lane) {
       const bool has_moved = changes[lane].t != hits.t[lane];
       KeepChanged(lane, changes[lane], has_moved ? changes[lane].t : keys[lane - first],
                   name.geometry);
     });
-    const uint64_t limits = Bits(within);
-    ForEachLane(Bits(hn::AndNot(closer, meet)), [&](size_t lane) {
+    const uint64_t limits = Bits(meeting.within_limit);
+    ForEachLane(Bits(hn::AndNot(closer, meeting.meet)), [&](size_t lane) {
       AskByName(first + lane, hits.Get(first + lane), name, keys[lane], (limits >> lane) & 1);
     });
     return true;

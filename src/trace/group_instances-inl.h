@@ -65,15 +65,15 @@ class GroupInInstance {
         leaf_(leaf),
         task_(TaskInInstance(task, geometry, *leaf.scene, leaf.partition, numbers)) {}
 
-  /// Whether a group of so many vectors can go into a scene.
+  /// Whether a group of so many vectors can go into a scene: user functions are shown what a ray
+  /// has hit outside, which its lane does not say.
   static bool CanBe(const TraceTask& task, const InstanceLeaf& leaf, size_t parts) {
-    return HWY_NATIVE_FMA && leaf.all && !leaf.scene->has_callbacks &&
+    return HWY_NATIVE_FMA && leaf.all && !leaf.scene->geometries.shapes().has_user_primitives() &&
            task.instance_memory.count >= parts * Lanes();
   }
 
   void Trace(GroupLanes<kMost>& outer, GroupLanes<kMost>& inner, LaneMask active,
              ListMemory memory) {
-    // Whose rays they are only callbacks ask.
     GroupTracer<kQuery, kMost>(task_, inner).TraceLanes(leaf_.Root(), active, memory);
     for (size_t first = 0; first < outer.parts() * Lanes(); first += Lanes()) {
       const V own = hn::Load(kFloat, outer.tfar + first);

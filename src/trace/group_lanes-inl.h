@@ -129,17 +129,16 @@ struct GroupLanes {
         LoadRecordLane(layout.Record(first + lane), layout.has_masks(), lane);
       }
     } else {
-      for (size_t lane = 0; lane < count; ++lane) {
-        RayRecord ray;
-        layout.Read(first + lane, ray);
-        for (int axis = 0; axis < 3; ++axis) {
-          org[axis][lane] = ray.org[axis];
-          dir[axis][lane] = ray.dir[axis];
+      for (size_t lane = 0; lane < count;) {
+#if HWY_TARGET != HWY_SCALAR
+        if (lane + 4 <= count && layout.AreSideBySide(first + lane, 4)) {
+          LoadFourColumns(layout, first + lane, lane);
+          lane += 4;
+          continue;
         }
-        tnear[lane] = ray.tnear;
-        tfar[lane] = ray.tfar;
-        time[lane] = ray.time;
-        mask[lane] = ray.mask;
+#endif
+        LoadViewLane(layout, first + lane, lane);
+        ++lane;
       }
     }
     SetCount(count);
@@ -293,6 +292,47 @@ struct GroupLanes {
     tfar[lane] = read(kTfar);
     mask[lane] = UINT32_MAX;
     if (has_mask) memcpy(&mask[lane], record + static_cast<size_t>(kMask), sizeof(uint32_t));
+  }
+
+#if HWY_TARGET != HWY_SCALAR
+  /// Rays `first` to `first + 3`, of which each component is an array, into the lanes from `lane`
+  /// on.
+  HWY_INLINE void LoadFourColumns(const RecordLayout& layout, size_t first, size_t lane) {
+    const RayView& view = layout.view();
+    const std::uintptr_t start = layout.StartOf(first);
+    const hn::RebindToUnsigned<CornerTag> d;
+    const auto load = [&](RayView::Component component, uint32_t absent, auto* to) HWY_ATTR {
+      auto values = hn::Set(d, absent);
+      if (component != RayView::kAbsent) {
+        values = hn::LoadU(d, reinterpret_cast<const uint32_t*>(start + component));
+      }
+      hn::StoreU(values, d, reinterpret_cast<uint32_t*>(to + lane));
+    };
+    load(view.org_x, 0, org[0]);
+    load(view.org_y, 0, org[1]);
+    load(view.org_z, 0, org[2]);
+    load(view.tnear, 0, tnear);
+    load(view.dir_x, 0, dir[0]);
+    load(view.dir_y, 0, dir[1]);
+    load(view.dir_z, 0, dir[2]);
+    load(view.time, 0, time);
+    load(view.tfar, 0, tfar);
+    load(view.mask, UINT32_MAX, mask);
+  }
+#endif
+
+  /// The same for a lane, wherever components stand.
+  HWY_INLINE void LoadViewLane(const RecordLayout& layout, size_t i, size_t lane) {
+    RayRecord ray;
+    layout.Read(i, ray);
+    for (int axis = 0; axis < 3; ++axis) {
+      org[axis][lane] = ray.org[axis];
+      dir[axis][lane] = ray.dir[axis];
+    }
+    tnear[lane] = ray.tnear;
+    tfar[lane] = ray.tfar;
+    time[lane] = ray.time;
+    mask[lane] = ray.mask;
   }
 
   /// The first kCount of some values, and zeros behind them where the vector is longer. Not with a

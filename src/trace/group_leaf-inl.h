@@ -22,8 +22,10 @@ class GroupLeafTest {
       : rays_(rays),
         task_(rays.task()),
         facets_(rays),
+        robust_facets_(rays),
         items_(rays),
-        tests_in_lanes_(task_.keeps_leaf_hits && !task_.scene.geometries.shapes().robust()),
+        is_robust_(task_.scene.geometries.shapes().robust()),
+        tests_plainly_(task_.keeps_leaf_hits && !is_robust_),
         asks_filters_(task_.AsksFilters(kQuery)),
         asks_(asks_filters_ || task_.checks_masks) {}
 
@@ -31,10 +33,10 @@ class GroupLeafTest {
   template <class Enter>
   HWY_INLINE void Test(ChildWord leaf, LaneMask active, ListMemory memory, const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
-    if (HWY_LIKELY(tests_in_lanes_ && block && !asks_)) {
+    if (HWY_LIKELY(tests_plainly_ && block && !asks_)) {
       return facets_.Test(leaf, *block, active, enter);
     }
-    if (!tests_in_lanes_) {
+    if (!task_.keeps_leaf_hits) {
       return rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
         TestLeaf<kQuery>(task_, leaf, list, count, memory);
       });
@@ -60,9 +62,8 @@ class GroupLeafTest {
     for (;; block = block->Next()) {
       if (HWY_LIKELY(!task_.checks_masks)) {
         TestInLanes(leaf, *block, active, memory, enter);
-      } else if (IsStillFacets(*block) && block->geometry != LeafBlock::kSeveral) {
-        const uint32_t mask = task_.scene.geometries[block->geometry].mask;
-        const LaneMask accepting = rays_.lanes().Accepting(mask, active);
+      } else if (IsStillFacets(*block)) {
+        const LaneMask accepting = Accepting(*block, active);
         if (accepting != 0) TestInLanes(leaf, *block, accepting, memory, enter);
       } else {
         TestByRecords(leaf, *block, active, memory);
@@ -71,14 +72,25 @@ class GroupLeafTest {
     }
   }
 
-  /// A block against rays whose masks exclude nothing in it.
+  /// Those of some lanes whose masks do not exclude all of a block; of several geometries it is
+  /// asked what is met.
+  HWY_INLINE LaneMask Accepting(const LeafBlock& block, LaneMask active) const {
+    if (AsksMasksOfEach(task_, block)) return active;
+    return rays_.lanes().Accepting(task_.scene.geometries[block.geometry].mask, active);
+  }
+
+  /// A block against rays whose masks do not exclude all of it.
   template <class Enter>
   HWY_INLINE void TestInLanes(ChildWord leaf, const LeafBlock& block, LaneMask active,
                               ListMemory memory, const Enter& enter) {
-    if (IsStillFacets(block) && !IsFiltered(block)) {
-      facets_.Test(leaf, block, active, enter);
-    } else if (IsStillFacets(block) && rays_.CanCall() && !HasGrids(block)) {
-      facets_.TestFiltered(leaf, block, active, enter);
+    if (IsStillFacets(block) && CanAskInLanes(block)) {
+      WithFacets([&](auto& facets) HWY_ATTR {
+        if (IsFiltered(block) || AsksMasksOfEach(task_, block)) {
+          facets.TestAsking(leaf, block, active, enter);
+        } else {
+          facets.Test(leaf, block, active, enter);
+        }
+      });
     } else if (!block.is_timed && block.kind == LeafKind::kUser && rays_.CanCall()) {
       items_.TestUserPrimitives(block, active);
     } else if (!block.is_timed && block.kind == LeafKind::kInstances) {
@@ -86,6 +98,13 @@ class GroupLeafTest {
     } else {
       TestByRecords(leaf, block, active, memory);
     }
+  }
+
+  /// Calls `test` with the test of facets that the scene wants.
+  template <class Test>
+  HWY_INLINE void WithFacets(const Test& test) {
+    if (HWY_UNLIKELY(is_robust_)) return test(robust_facets_);
+    test(facets_);
   }
 
   void TestByRecords(ChildWord leaf, const LeafBlock& block, LaneMask active, ListMemory memory) {
@@ -98,8 +117,10 @@ class GroupLeafTest {
     return !block.is_timed && block.kind == LeafKind::kFacets;
   }
 
-  bool HasGrids(const LeafBlock& block) const {
-    return HasGeometry(block, [](const Geometry& g) { return g.shape == Shape::kGrids; });
+  /// Whether the filter functions of a block, if it has any, can be asked about the lanes.
+  bool CanAskInLanes(const LeafBlock& block) const {
+    const auto is_grid = [](const Geometry& g) { return g.shape == Shape::kGrids; };
+    return !IsFiltered(block) || (rays_.CanCall() && !HasGeometry(block, is_grid));
   }
 
   /// Whether filter functions are to be asked about hits in a leaf.
@@ -121,9 +142,11 @@ class GroupLeafTest {
 
   RayGroup<kMost>& rays_;
   const TraceTask& task_;
-  GroupFacets<kQuery, kMost> facets_;
+  GroupFacets<kQuery, kMost, false> facets_;
+  GroupFacets<kQuery, kMost, true> robust_facets_;
   GroupItems<kQuery, kMost> items_;
-  const bool tests_in_lanes_;
+  const bool is_robust_;
+  const bool tests_plainly_;
   const bool asks_filters_;
   const bool asks_;  ///< these, or masks
 };

@@ -14,15 +14,17 @@ namespace HWY_NAMESPACE {
 namespace {
 
 /// How rays go that have next to nothing in common: as groups where a group can test each of them
-/// against all children at once, but for the robust test, for which it goes ray by ray through
-/// records. Calls of 64 rays by lists and as groups, with AVX2 only (Zen 3): ambient rays 476 and
-/// 333 ns a ray in Sponza, 167 and 108 in the kitchen, diffuse ones 823 and 691, 422 and 331. With
-/// AVX-512 (Sapphire Rapids), of seven scenes in the mean: ambient rays .77, diffuse ones .89,
-/// shadow rays .87 times as long. Of larger calls lists are quicker in some scenes, groups in
-/// others, so that is learnt.
-HWY_INLINE Walk WalkApart(const SceneParts& scene) {
-  return kParts == 1 && !scene.geometries.shapes().robust() ? Walk::kLargestGroups : Walk::kLists;
-}
+/// against all children at once. Calls of 64 rays by lists and as groups, with AVX2 only (Zen 3):
+/// ambient rays 476 and 333 ns a ray in Sponza, 167 and 108 in the kitchen, diffuse ones 823 and
+/// 691, 422 and 331. With AVX-512 (Sapphire Rapids), of seven scenes in the mean: ambient rays .77,
+/// diffuse ones .89, shadow rays .87 times as long. Of larger calls lists are quicker in some
+/// scenes, groups in others, so that is learnt.
+constexpr bool kHasGroupsApart = kParts == 1;
+
+/// Of a short call lists are too short to pay for themselves: with SSE4.2 (Zen 1) 32 and 256
+/// diffuse rays with a filter function took 2,102 and 1,731 ns a ray in a hall by lists, 1,288 and
+/// 1,241 alone, ambient ones in the kitchen 456 and 299, 269 and 272.
+constexpr Walk kShortApart = kHasGroupsApart ? Walk::kLargestGroups : Walk::kAlone;
 
 template <Query kQuery>
 void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, size_t count,
@@ -35,14 +37,13 @@ void TracePieceFor(const SceneParts& scene, const RayView& view, size_t first, s
                       &statistics);
   };
   if (GoTogether(scene, RecordLayout(view), first, count)) return trace(0, count, Walk::kGroups);
-  const Walk other = WalkApart(scene);
-  if (other == Walk::kLists) return trace(0, count, Walk::kLists);
+  if (!kHasGroupsApart) return trace(0, count, Walk::kLists);
   LearntWay& learnt = LearntAbout(scene.kept.get()).ApartInPiece(kQuery, count);
   for (size_t done = 0; done < count;) {
     const size_t rays = HWY_MIN(count - done, learnt.MostRays());
     learnt.Trace(
         static_cast<uint32_t>(rays), [&] { trace(done, rays, Walk::kLists); },
-        [&] { trace(done, rays, other); });
+        [&] { trace(done, rays, Walk::kLargestGroups); });
     done += rays;
   }
 }
@@ -90,8 +91,8 @@ void TraceShortFor(const SceneParts& scene, const RayView& view, const CallOptio
   const RecordLayout layout(view);
   const bool together = GoTogether(scene, layout, 0, view.count);
   const auto on_stack = [&](Walk walk) { TraceOnStack<kQuery>(scene, view, walk, options, pool); };
-  if (scene.has_callbacks) return on_stack(together ? Walk::kGroups : WalkApart(scene));
-  const auto apart = [&] { on_stack(WalkApart(scene)); };
+  if (scene.has_callbacks) return on_stack(together ? Walk::kGroups : kShortApart);
+  const auto apart = [&] { on_stack(kShortApart); };
   // Looked up where it is wanted only: that costs a short call something.
   const auto learnt = [&]() -> Learnt::OfQuery& {
     return LearntAbout(scene.kept.get()).Of(kQuery);

@@ -188,6 +188,7 @@ void TraceByLists(TraceTask& task, size_t count, RayRecord* rays, uint32_t* call
 /// How the rays of a call go.
 enum class Walk {
   kLists,
+  kAlone,          ///< each by itself
   kGroups,         ///< of neighbours that run close together, unless lists turn out to be quicker
   kLargestGroups,  ///< of neighbours that have next to nothing in common
 };
@@ -322,14 +323,15 @@ void TraceView(const SceneParts& scene, const RayView& view, size_t first, size_
                    view.instance_value,
                    callers};
     const size_t left = count - done;
-    size_t by_lists = walk == Walk::kLists ? count : 0;
+    size_t by_lists = walk == Walk::kLists || walk == Walk::kAlone ? count : 0;
     if (choice && left >= policy::kFewestByLists) by_lists = HWY_MIN(left, choice->rays_by_lists());
     if (by_lists == 0) {
       done += TraceByGroups<kQuery>(task, left, walk, callers, lists, choice);
       continue;
     }
     const uint64_t start = choice ? Ticks() : 0;
-    TraceByLists<kQuery>(task, by_lists, rays, callers, lists,
+    // A ray for whose list there is no memory goes alone.
+    TraceByLists<kQuery>(task, by_lists, rays, callers, walk == Walk::kAlone ? ListMemory{} : lists,
                          scene.has_callbacks ? tags : nullptr);
     if (choice) choice->CountLists(by_lists, Ticks() - start);
     done += by_lists;

@@ -76,40 +76,62 @@ std::vector<FullRay> Picture(uint32_t side, float width) {
   return rays;
 }
 
+/// Rejects every third primitive, and changes the hits on others.
+void RejectAndChange(void*, const CallbackArguments& arguments) {
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) {
+    if (arguments.valid[lane] == 0) continue;
+    const auto value = [&](PacketComponent component) {
+      return static_cast<uint32_t*>(arguments.packet) +
+             static_cast<std::size_t>(component) * arguments.width + lane;
+    };
+    const uint32_t primitive = *value(PacketComponent::kPrimitiveId);
+    if (primitive % 3 == 0) arguments.valid[lane] = 0;
+    if (primitive % 7 == 0) *value(PacketComponent::kU) = primitive;
+  }
+}
+
 // Instances in one another, two of them in the same place under other numbers, a still mesh among
 // them, and one that is hit first and lies behind what the others hide.
-TEST_P(GroupInstancesTest, AsEachRayAlone) {
+void ExpectAsEachRayAlone(bool robust, bool filtered, const std::shared_ptr<Device>& device) {
   const Mesh fine = Sheet(24, 5, 0.2f), coarse = Sheet(6, 2, 0.1f), floor = Sheet(10, 7, 0.3f);
-  for (const bool robust : {false, true}) {
-    const auto device = std::make_shared<Device>(WithInstructionSet({}));
-    const SceneOptions options{.robust = robust};
-    const auto first = std::make_shared<Scene>(device, GeometryOf(fine), options);
-    const auto second = std::make_shared<Scene>(device, GeometryOf(coarse), options);
-    const std::vector<Geometry> geometries = {
-        Instance(first, 9, 0.3f, 0.1f), Instance(second, 4, 0.3f, 0),
-        Instance(first, 3, 0.3f, 0.1f), Instance(second, 8, 1, -0.2f),
-        Instance(first, 1, 0, -0.1f),   GeometryOf(floor)};
-    const Scene scene(device, geometries, options);
-    // Shallow ones, and ones that pass by; calls that go the short way too.
-    for (const float width : {0.05f, 0.3f, 1.0f}) {
-      SCOPED_TRACE("robust " + std::to_string(robust) + ", width " + std::to_string(width));
-      const std::vector<FullRay> rays = Picture(48, width);
-      for (const Query query : {Query::kClosest, Query::kAny}) {
-        const auto alone = unit::TracePackets(scene, rays, query, 1, nullptr);
-        const auto whole = unit::TraceForm(scene, rays, query);
-        unit::ExpectSame(whole, alone, "one call");
-        unit::ExpectSame(unit::TraceInCalls(scene, rays, query, 64), alone, "calls of 64");
-        unit::ExpectSame(unit::TracePackets(scene, rays, query, 16, nullptr), alone, "packets");
-        if (query == Query::kAny) continue;
-        std::array<std::size_t, 10> hits{};
-        for (const FullRay& ray : alone) {
-          const auto instance = ray.Get<uint32_t>(PacketComponent::kInstanceId);
-          if (instance < hits.size()) ++hits[instance];
-        }
-        EXPECT_GT(hits[3], 0u) << "the smaller number of two in one place";
-        EXPECT_GT(hits[4], 0u);
-        EXPECT_EQ(hits[9], 0u);
+  const SceneOptions options{.robust = robust};
+  Geometry finely = GeometryOf(fine);
+  if (filtered) finely.closest_filter = finely.any_filter = {RejectAndChange, nullptr};
+  const auto first = std::make_shared<Scene>(device, finely, options);
+  const auto second = std::make_shared<Scene>(device, GeometryOf(coarse), options);
+  const std::vector<Geometry> geometries = {
+      Instance(first, 9, 0.3f, 0.1f), Instance(second, 4, 0.3f, 0), Instance(first, 3, 0.3f, 0.1f),
+      Instance(second, 8, 1, -0.2f),  Instance(first, 1, 0, -0.1f), GeometryOf(floor)};
+  const Scene scene(device, geometries, options);
+  // Shallow ones, and ones that pass by; calls that go the short way too.
+  for (const float width : {0.05f, 0.3f, 1.0f}) {
+    SCOPED_TRACE("width " + std::to_string(width));
+    const std::vector<FullRay> rays = Picture(48, width);
+    for (const Query query : {Query::kClosest, Query::kAny}) {
+      const auto alone = unit::TracePackets(scene, rays, query, 1, nullptr);
+      const auto whole = unit::TraceForm(scene, rays, query);
+      unit::ExpectSame(whole, alone, "one call");
+      unit::ExpectSame(unit::TraceInCalls(scene, rays, query, 64), alone, "calls of 64");
+      unit::ExpectSame(unit::TracePackets(scene, rays, query, 16, nullptr), alone, "packets");
+      if (query == Query::kAny) continue;
+      std::array<std::size_t, 10> hits{};
+      for (const FullRay& ray : alone) {
+        const auto instance = ray.Get<uint32_t>(PacketComponent::kInstanceId);
+        if (instance < hits.size()) ++hits[instance];
       }
+      EXPECT_GT(hits[3], 0u) << "the smaller number of two in one place";
+      EXPECT_GT(hits[4], 0u);
+      EXPECT_EQ(hits[9], 0u);
+    }
+  }
+}
+
+TEST_P(GroupInstancesTest, AsEachRayAlone) {
+  const auto device = std::make_shared<Device>(WithInstructionSet({}));
+  for (const bool robust : {false, true}) {
+    for (const bool filtered : {false, true}) {
+      SCOPED_TRACE(std::string(robust ? "robust" : "plain") + (filtered ? ", filtered" : ""));
+      ExpectAsEachRayAlone(robust, filtered, device);
     }
   }
 }

@@ -37,9 +37,15 @@ CliffContent Hills(RTCSceneFlags flags = RTC_SCENE_FLAG_NONE, uint32_t side = 30
   return content;
 }
 
-CliffContent FilteredHills() {
-  CliffContent content = Hills();
+CliffContent FilteredHills(RTCSceneFlags flags = RTC_SCENE_FLAG_NONE) {
+  CliffContent content = Hills(flags);
   content.has_filter = true;
+  return content;
+}
+
+CliffContent InstanceOfFilteredHills() {
+  CliffContent content = FilteredHills();
+  content.instances.push_back({0, 0, 0});
   return content;
 }
 
@@ -134,7 +140,11 @@ const std::vector<CliffCase>& CliffCases() {
   static const std::vector<CliffCase> cases = {
       {"hills", "180,000 triangles: no cliff, for comparison", 0, [] { return Hills(); }},
       {"robust", "the hills in a ROBUST scene", 0, [] { return Hills(RTC_SCENE_FLAG_ROBUST); }},
-      {"filter", "the hills with a filter function that accepts", 0, FilteredHills},
+      {"filter", "the hills with a filter function that accepts", 0,
+       [] { return FilteredHills(); }},
+      {"robust-filter", "the same in a ROBUST scene", 0,
+       [] { return FilteredHills(RTC_SCENE_FLAG_ROBUST); }},
+      {"instance-filter", "one instance of them", 0, InstanceOfFilteredHills},
       {"compact", "the hills in a COMPACT scene", 0, [] { return Hills(RTC_SCENE_FLAG_COMPACT); }},
       {"budget-5", "the hills with 5 bytes a triangle", 5, [] { return Hills(); }},
       {"budget-4.3", "with 4.3", 4.3, [] { return Hills(); }},
