@@ -2,6 +2,7 @@
 // alone, to the last bit.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -134,6 +135,59 @@ TEST_P(GroupInstancesTest, AsEachRayAlone) {
       ExpectAsEachRayAlone(robust, filtered, device);
     }
   }
+}
+
+/// What a user function has seen of each ray, by its ID.
+struct SeenHit {
+  uint32_t geometry = UINT32_MAX;
+  float u = 0, tfar = 0;
+
+  bool operator==(const SeenHit&) const = default;
+};
+
+void See(void* data, const CallbackArguments& arguments) {
+  auto& seen = *static_cast<std::vector<SeenHit>*>(data);
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) {
+    if (arguments.valid[lane] == 0) continue;
+    const auto value = [&](PacketComponent component) {
+      return static_cast<uint32_t*>(
+          arguments.packet)[static_cast<std::size_t>(component) * arguments.width + lane];
+    };
+    using enum PacketComponent;
+    seen[value(kId)] = {value(kGeometryId), std::bit_cast<float>(value(kU)),
+                        std::bit_cast<float>(value(kTfar))};
+  }
+}
+
+// A user function in an instance is shown what a ray has hit before, outside of it.
+TEST_P(GroupInstancesTest, UserFunctionsAreShownWhatWasHitOutside) {
+  Mesh slope;  // its bounds begin before the user primitive's, and rays hit it behind that
+  slope.geometry_id = 7;
+  slope.Add({-3, -3, 2}, {3, -3, -2}, {0, 4, -2});
+  std::vector<FullRay> rays = Picture(16, 0.1f);
+  for (uint32_t i = 0; i < rays.size(); ++i) rays[i].Set(PacketComponent::kId, i);
+  std::vector<SeenHit> seen(rays.size());
+  Geometry user;
+  user.shape = Shape::kUser;
+  user.geometry_id = 2;
+  user.primitive_count = 1;
+  user.bounds = {[](void*, uint32_t, uint32_t, Bounds& bounds) {
+                   bounds = {{-1, -1, 0.5f}, {1, 1, 1}};
+                 },
+                 nullptr};
+  user.intersect = {See, &seen};
+  const auto device = std::make_shared<Device>(WithInstructionSet({}));
+  const auto instanced = std::make_shared<Scene>(device, user);
+  const Scene scene(device, std::vector<Geometry>{GeometryOf(slope), Instance(instanced, 9, 0, 0)});
+  const auto seen_by = [&](const auto& trace) {
+    std::ranges::fill(seen, SeenHit{});
+    trace();
+    return seen;
+  };
+  const auto alone = seen_by([&] { unit::TracePackets(scene, rays, Query::kClosest, 1, nullptr); });
+  EXPECT_EQ(seen_by([&] { unit::TracePackets(scene, rays, Query::kClosest, 16, nullptr); }), alone);
+  EXPECT_EQ(seen_by([&] { unit::TraceInCalls(scene, rays, Query::kClosest, 64); }), alone);
+  for (const SeenHit& hit : alone) EXPECT_EQ(hit.geometry, 7u);
 }
 
 // Where T <= |den| tfar fails by a rounding and T / |den| is tfar all the same, a triangle is not
