@@ -1,6 +1,7 @@
 // How a batch of rays lies in the caller's memory.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -59,18 +60,22 @@ struct RayView {
 
   uint32_t instance_value = UINT32_MAX;  ///< what a hit outside of instances writes into it
 
+  /// The packet of ray i. Most have a power of two of lanes, by which to divide takes no time.
+  std::size_t Packet(std::size_t i) const {
+    return std::has_single_bit(lanes) ? i >> std::countr_zero(lanes) : i / lanes;
+  }
+
   /// Address of a component of ray i. `component` must not be kAbsent.
   std::uintptr_t Address(Component component, std::size_t i) const {
-    const std::size_t packet = lanes == 1 ? i : i / lanes;
-    const std::size_t lane = lanes == 1 ? 0 : i % lanes;
+    const std::size_t packet = Packet(i);
     const std::uintptr_t start = packets ? reinterpret_cast<std::uintptr_t>(packets[packet])
                                          : static_cast<std::uintptr_t>(packet * packet_stride);
-    return start + component + lane * lane_stride;
+    return start + component + (i - packet * lanes) * lane_stride;
   }
 };
 
-/// A packet of 1 to 16 rays in the caller's memory, of which a single ray is one with a single lane:
-/// arrays of `lanes` values each, one behind the other, in the order of PacketComponent
+/// A packet of 1 to 16 rays in the caller's memory, of which a single ray is one with a single
+/// lane: arrays of `lanes` values each, one behind the other, in the order of PacketComponent
 /// (callback.h). Query::kAny has those up to kFlags, Query::kClosest all.
 ///
 /// Which rays are active, and what is read and written, is as in RayView.

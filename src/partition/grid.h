@@ -56,15 +56,16 @@ class Grid {
   TriangleRef* cells_of(std::size_t part) const { return cells + part * CellCount(); }
   uint32_t* place_of(std::size_t part) const { return place + part * CellCount(); }
 
-  /// A part of the triangles, or all.
+  /// A part of the triangles, or of something else that threads share.
   struct Part {
     std::size_t number;
     std::size_t begin;
     std::size_t end;
   };
-  Part PartOf(std::size_t number) const {
-    return {number, number * triangle_count / parts, (number + 1) * triangle_count / parts};
+  Part PartOf(std::size_t number, std::size_t count) const {
+    return {number, number * count / parts, (number + 1) * count / parts};
   }
+  Part PartOf(std::size_t number) const { return PartOf(number, triangle_count); }
 
   std::size_t triangle_count, parts;
   Sizes sizes;

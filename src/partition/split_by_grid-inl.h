@@ -46,21 +46,13 @@ struct SubsetLeaves {
   size_t count = 0;
 };
 
-/// One of as many stretches of some things as a grid has parts: threads take one each.
-struct Stretch {
-  Stretch(const Grid& grid, size_t number, size_t count)
-      : begin(number * count / grid.parts), end((number + 1) * count / grid.parts) {}
-
-  size_t begin, end;
-};
-
 /// Joins the cells of all parts. Returns the number of those that are not empty, which then stand
 /// first in grid.cells.
 template <class ForEachPart>
 inline size_t JoinCells(Grid& grid, const ForEachPart& for_each_part) {
   for_each_part([&](const Grid::Part& one) HWY_ATTR {
-    const Stretch stretch(grid, one.number, grid.CellCount());
-    for (size_t cell = stretch.begin; cell < stretch.end; ++cell) {
+    const Grid::Part some = grid.PartOf(one.number, grid.CellCount());
+    for (size_t cell = some.begin; cell < some.end; ++cell) {
       TriangleRef& all = grid.cells[cell];
       Corner lower = Corner::Load(all.lower);
       Corner upper = Corner::Load(all.upper);
@@ -83,6 +75,13 @@ inline size_t JoinCells(Grid& grid, const ForEachPart& for_each_part) {
   return static_cast<size_t>(end - grid.cells);
 }
 
+/// Gives the triangles of a cell, part by part, the places from `next` on.
+inline void PlaceCell(Grid& grid, size_t cell, uint32_t& next) {
+  for (size_t part = 0; part < grid.parts; ++part) {
+    next += std::exchange(grid.place_of(part)[cell], next);
+  }
+}
+
 /// Makes subsets of ranges of cells, of which there are `count`, from number `first` on, and gives
 /// the triangles of each cell, part by part, their places.
 template <class ForEachPart>
@@ -102,13 +101,11 @@ inline void PlaceCells(KeptPartition& kept, const Subset& whole, Grid& grid, uin
   }
   DACRT_ASSERT(next == whole.begin + whole.count);
   for_each_part([&](const Grid::Part& one) {
-    const Stretch stretch(grid, one.number, count);
-    for (size_t i = stretch.begin; i < stretch.end; ++i) {
+    const Grid::Part some = grid.PartOf(one.number, count);
+    for (size_t i = some.begin; i < some.end; ++i) {
       uint32_t place = kept.subset(static_cast<uint32_t>(first + i)).begin - whole.begin;
       for (uint32_t cell = grid.subsets[i].begin; cell < grid.subsets[i].end; ++cell) {
-        for (size_t part = 0; part < grid.parts; ++part) {
-          place += std::exchange(grid.place_of(part)[grid.cells[cell].primitive], place);
-        }
+        PlaceCell(grid, grid.cells[cell].primitive, place);
       }
     }
   });

@@ -36,7 +36,6 @@ class RecordLayout {
                        follows(view.primitive_id, kPrimitiveId) &&
                        follows(view.geometry_id, kGeometryId) &&
                        follows(view.instance_id, kInstanceId);
-    if (std::has_single_bit(view.lanes)) lanes_shift_ = std::countr_zero(view.lanes);
   }
 
   /// Whether rays are records in the order of PacketComponent.
@@ -57,19 +56,13 @@ class RecordLayout {
     hwy::Prefetch(record + static_cast<std::size_t>(has_hit_records_ ? kInstanceId : kTfar));
   }
 
-  /// What the components of a ray stand behind, see RayView.
-  std::uintptr_t StartOf(std::size_t i) const {
-    const std::size_t packet = lanes_shift_ >= 0 ? i >> lanes_shift_ : i / view_.lanes;
-    const std::uintptr_t start = view_.packets
-                                     ? reinterpret_cast<std::uintptr_t>(view_.packets[packet])
-                                     : packet * view_.packet_stride;
-    return start + (i - packet * view_.lanes) * view_.lane_stride;
-  }
+  /// What the components of a ray stand behind: looked up once for all of them.
+  std::uintptr_t StartOf(std::size_t i) const { return view_.Address(0, i); }
 
   /// Whether each component of rays `i` to `i + count - 1` is an array.
   bool AreSideBySide(std::size_t i, std::size_t count) const {
     if (view_.lanes == 1) return !view_.packets && view_.packet_stride == sizeof(float);
-    return view_.lane_stride == sizeof(float) && i % view_.lanes + count <= view_.lanes;
+    return view_.lane_stride == sizeof(float) && view_.Packet(i) == view_.Packet(i + count - 1);
   }
   const RayView& view() const { return view_; }
 
@@ -243,7 +236,6 @@ class RecordLayout {
   const RayView& view_;
   bool has_records_;
   bool has_hit_records_;
-  int lanes_shift_ = -1;  ///< of the lanes of packets, if that is a power of two
 };
 
 }  // namespace dacrt

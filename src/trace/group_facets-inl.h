@@ -24,24 +24,15 @@ class GroupFacets {
   explicit GroupFacets(RayGroup<kMost>& rays)
       : rays_(rays), task_(rays.task()), lanes_(rays.lanes()) {}
 
-  template <class Enter>
+  /// With kAsks, masks or filter functions have to be asked about triangles that are met; of grids
+  /// no filter functions.
+  template <bool kAsks, class Enter>
   HWY_INLINE void Test(ChildWord leaf, const LeafBlock& block, LaneMask active,
                        const Enter& enter) {
     if (hwy::PopCount(active) > Enter::kFewInLeaf) {
-      return TestInLanes<false>(leaf, block, active, enter);
+      return TestInLanes<kAsks>(leaf, block, active, enter);
     }
-    TestOneByOne<false>(leaf, block, active);
-  }
-
-  /// The same where masks or filter functions have to be asked about triangles that are met; of
-  /// grids no filter functions.
-  template <class Enter>
-  HWY_INLINE void TestAsking(ChildWord leaf, const LeafBlock& block, LaneMask active,
-                             const Enter& enter) {
-    if (hwy::PopCount(active) > Enter::kFewInLeaf) {
-      return TestInLanes<true>(leaf, block, active, enter);
-    }
-    TestOneByOne<true>(leaf, block, active);
+    TestOneByOne<kAsks>(leaf, block, active);
   }
 
  private:

@@ -34,7 +34,7 @@ class GroupLeafTest {
   HWY_INLINE void Test(ChildWord leaf, LaneMask active, ListMemory memory, const Enter& enter) {
     const LeafBlock* const block = PlainBlock(task_.partition, leaf);
     if (HWY_LIKELY(tests_plainly_ && block && !asks_)) {
-      return facets_.Test(leaf, *block, active, enter);
+      return facets_.template Test<false>(leaf, *block, active, enter);
     }
     if (!task_.keeps_leaf_hits) {
       return rays_.TestRecords(active, [&](const RayNumber* list, size_t count) {
@@ -83,14 +83,8 @@ class GroupLeafTest {
   template <class Enter>
   HWY_INLINE void TestInLanes(ChildWord leaf, const LeafBlock& block, LaneMask active,
                               ListMemory memory, const Enter& enter) {
-    if (IsStillFacets(block) && CanAskInLanes(block)) {
-      WithFacets([&](auto& facets) HWY_ATTR {
-        if (IsFiltered(block) || AsksMasksOfEach(task_, block)) {
-          facets.TestAsking(leaf, block, active, enter);
-        } else {
-          facets.Test(leaf, block, active, enter);
-        }
-      });
+    if (IsStillFacets(block)) {
+      TestFacets(leaf, block, active, memory, enter);
     } else if (!block.is_timed && block.kind == LeafKind::kUser && rays_.CanCall()) {
       items_.TestUserPrimitives(block, active);
     } else if (!block.is_timed && block.kind == LeafKind::kInstances) {
@@ -98,6 +92,22 @@ class GroupLeafTest {
     } else {
       TestByRecords(leaf, block, active, memory);
     }
+  }
+
+  template <class Enter>
+  HWY_INLINE void TestFacets(ChildWord leaf, const LeafBlock& block, LaneMask active,
+                             ListMemory memory, const Enter& enter) {
+    const bool is_filtered = IsFiltered(block);
+    if (is_filtered && (!rays_.CanCall() || HasGrids(block))) {
+      return TestByRecords(leaf, block, active, memory);
+    }
+    WithFacets([&](auto& facets) HWY_ATTR {
+      if (is_filtered || AsksMasksOfEach(task_, block)) {
+        facets.template Test<true>(leaf, block, active, enter);
+      } else {
+        facets.template Test<false>(leaf, block, active, enter);
+      }
+    });
   }
 
   /// Calls `test` with the test of facets that the scene wants.
@@ -117,10 +127,8 @@ class GroupLeafTest {
     return !block.is_timed && block.kind == LeafKind::kFacets;
   }
 
-  /// Whether the filter functions of a block, if it has any, can be asked about the lanes.
-  bool CanAskInLanes(const LeafBlock& block) const {
-    const auto is_grid = [](const Geometry& g) { return g.shape == Shape::kGrids; };
-    return !IsFiltered(block) || (rays_.CanCall() && !HasGeometry(block, is_grid));
+  bool HasGrids(const LeafBlock& block) const {
+    return HasGeometry(block, [](const Geometry& g) { return g.shape == Shape::kGrids; });
   }
 
   /// Whether filter functions are to be asked about hits in a leaf.

@@ -49,8 +49,7 @@ inline FullRay FullRayOf(const Ray& ray, float time = 0) {
   full.Set(kTime, time);
   full.Set(kTfar, ray.tfar);
   full.Set(kMask, ray.mask);
-  for (const PacketComponent id : {kPrimitiveId, kGeometryId, kInstanceId})
-    full.Set(id, UINT32_MAX);
+  for (const PacketComponent id : {kPrimitiveId, kGeometryId, kInstanceId}) full.Set(id, UINT32_MAX);
   return full;
 }
 
@@ -86,8 +85,8 @@ inline std::vector<FullRay> RaysOfEveryKind(Random& random, std::size_t count) {
   return rays;
 }
 
-/// How rays lie in memory: packets of some lanes, side by side or known by pointers; or an array
-/// for each component.
+/// How rays lie in memory: packets of some lanes, side by side or known by pointers; or an array for
+/// each component.
 struct Form {
   std::size_t lanes;
   bool by_pointers;
@@ -142,10 +141,10 @@ class FormedRays {
     const std::size_t lanes = form_.apart ? count_ : form_.lanes;
     std::size_t c = 0;
     for (RayView::Component* component :
-         {&view.org_x, &view.org_y, &view.org_z,        &view.tnear,       &view.dir_x,
-          &view.dir_y, &view.dir_z, &view.time,         &view.tfar,        &view.mask,
-          &view.id,    &view.flags, &view.ng_x,         &view.ng_y,        &view.ng_z,
-          &view.u,     &view.v,     &view.primitive_id, &view.geometry_id, &view.instance_id}) {
+         {&view.org_x, &view.org_y, &view.org_z, &view.tnear, &view.dir_x, &view.dir_y,
+          &view.dir_z, &view.time, &view.tfar, &view.mask, &view.id, &view.flags, &view.ng_x,
+          &view.ng_y, &view.ng_z, &view.u, &view.v, &view.primitive_id, &view.geometry_id,
+          &view.instance_id}) {
       *component = start + lanes * sizeof(uint32_t) * c++;
     }
     return view;

@@ -77,17 +77,19 @@ std::vector<FullRay> Picture(uint32_t side, float width) {
   return rays;
 }
 
+/// What a function sees of the ray in a lane.
+uint32_t& ValueOf(const CallbackArguments& arguments, PacketComponent component, uint32_t lane) {
+  return static_cast<uint32_t*>(
+      arguments.packet)[static_cast<std::size_t>(component) * arguments.width + lane];
+}
+
 /// Rejects every third primitive, and changes the hits on others.
 void RejectAndChange(void*, const CallbackArguments& arguments) {
   for (uint32_t lane = 0; lane < arguments.width; ++lane) {
     if (arguments.valid[lane] == 0) continue;
-    const auto value = [&](PacketComponent component) {
-      return static_cast<uint32_t*>(arguments.packet) +
-             static_cast<std::size_t>(component) * arguments.width + lane;
-    };
-    const uint32_t primitive = *value(PacketComponent::kPrimitiveId);
+    const uint32_t primitive = ValueOf(arguments, PacketComponent::kPrimitiveId, lane);
     if (primitive % 3 == 0) arguments.valid[lane] = 0;
-    if (primitive % 7 == 0) *value(PacketComponent::kU) = primitive;
+    if (primitive % 7 == 0) ValueOf(arguments, PacketComponent::kU, lane) = primitive;
   }
 }
 
@@ -150,8 +152,7 @@ void See(void* data, const CallbackArguments& arguments) {
   for (uint32_t lane = 0; lane < arguments.width; ++lane) {
     if (arguments.valid[lane] == 0) continue;
     const auto value = [&](PacketComponent component) {
-      return static_cast<uint32_t*>(
-          arguments.packet)[static_cast<std::size_t>(component) * arguments.width + lane];
+      return ValueOf(arguments, component, lane);
     };
     using enum PacketComponent;
     seen[value(kId)] = {value(kGeometryId), std::bit_cast<float>(value(kU)),
