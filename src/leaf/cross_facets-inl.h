@@ -196,6 +196,12 @@ HWY_INLINE CornerLanes Interpolate(const CornerLanes& begin, const CornerLanes& 
   return lanes;
 }
 
+/// The corners of a part of a block that moves, at a moment.
+HWY_INLINE CornerLanes CornersAt(const LeafBlock& block, size_t part, const Moment& moment) {
+  return Interpolate(DecodeCorners(block, part, moment.step),
+                     DecodeCorners(block, part, moment.step + 1), moment.fraction);
+}
+
 /// Where one ray meets some triangles. Not all of them count: see own_box-inl.h.
 struct FacetCrossing {
   uint64_t lanes = 0;     ///< that it meets, a bit each; what follows means nothing in others

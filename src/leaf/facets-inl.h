@@ -372,12 +372,8 @@ class FacetTest {
   HWY_INLINE void BlockInLeaf(RayNumber number, uint64_t lanes, size_t part) const {
     RayRecord& ray = task_.rays[number];
     if (HWY_UNLIKELY(AsksMasks())) {
-      ForEachLane(lanes, [&](size_t lane) {
-        const size_t block_lane = part * kPartLanes + lane;
-        if (!MayMeet(task_, ray, GeometryOfLane(task_, block_, block_lane))) {
-          lanes &= ~(uint64_t{1} << lane);
-        }
-      });
+      lanes = LanesOfMask(task_.scene.geometries, task_.partition.order, block_, part * kPartLanes,
+                          ray.mask, lanes);
     }
     if (lanes != 0) ray.tfar = -std::numeric_limits<float>::infinity();
   }

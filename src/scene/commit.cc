@@ -68,6 +68,7 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
   parts.has_callbacks = shapes.has_callbacks();
   parts.is_small = parts.triangle_count <= policy::kSmallScene;
   for (uint32_t i = 0; i < shapes.size(); ++i) {
+    parts.has_motion |= shapes.IsMoving(i);
     const SceneParts* const scene = shapes.InstancedScene(i);
     if (!scene) continue;
     parts.has_instances = true;

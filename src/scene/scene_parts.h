@@ -18,6 +18,7 @@ struct alignas(64) SceneParts {
   std::unique_ptr<KeptPartition> kept = nullptr;  ///< null if nothing is kept
   bool has_callbacks = false;  ///< the scene itself, or one that it has an instance of
   bool has_instances = false;
+  bool has_motion = false;  ///< of itself: what an instance shows is not looked at
   /// Whether filter functions may be asked last about closest hits (see trace/ask_last-inl.h):
   /// there are such, nobody else is called, so that nobody sees that a ray begins anew, and hits
   /// tell by their IDs whose function is to be asked.

@@ -19,7 +19,7 @@
 #include "leaf/callback_packet.h"
 #include "leaf/take_hit.h"
 #include "rays/load_records-inl.h"
-#include "trace/group_hits-inl.h"
+#include "trace/group_packets-inl.h"
 #include "trace/learnt.h"
 #include "trace/trace_one-inl.h"
 
@@ -108,20 +108,57 @@ HWY_INLINE void AskLast(const TraceTask& task, std::span<const ShownHit> found, 
   }
 }
 
-/// The same about the hits that a group has found, whose rays are those of their lanes.
+/// The same about the hits that a group has found, whose rays are those of their lanes, where
+/// functions can be called for the lanes as they are (see GroupPackets::CanBe).
 template <size_t kMost>
-HWY_NOINLINE void AskLast(const TraceTask& task, const GroupLanes<kMost>& lanes, ListMemory lists,
-                          GroupHits<kMost>& found) {
+void AskLastInLanes(const TraceTask& task, const GroupLanes<kMost>& lanes, LaneMask active,
+                    ListMemory lists, GroupHits<kMost>& found) {
+  found.SetNone();  // packets hold all lanes
+  GroupPackets<kMost> packets(task, lanes, active);
+  for (LaneMask left = found.lanes; left != 0;) {
+    const size_t some_lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
+    const LaneMask shown = left & found.LanesIn(found.geometry_id[some_lane]);
+    left &= ~shown;
+    const uint32_t geometry = *task.scene.geometries.Find(found.geometry_id[some_lane]);
+    const Callback& filter = FilterOf<Query::kClosest>(task.scene.geometries.shapes()[geometry]);
+    if (!filter) continue;
+    LaneMask changed = 0;
+    FullHit answers[kMost];
+    const LaneMask accepted =
+        packets.Call(filter, Query::kClosest, {geometry, found.primitive_id[some_lane]}, shown,
+                     found.t, found, [&](size_t lane, const FullHit& hit) {
+                       changed |= LaneMask{1} << lane;
+                       answers[lane] = hit;
+                     });
+    task.CountAnswers(accepted, hwy::PopCount(shown));
+    LaneMask moved_away = 0;
+    ForEachLane(accepted & changed, [&](size_t lane) {
+      if (answers[lane].t <= found.t[lane]) {
+        found.Set(lane, answers[lane]);
+      } else {
+        moved_away |= LaneMask{1} << lane;
+      }
+    });
+    ForEachLane(shown & (~accepted | moved_away), [&](size_t lane) {
+      const auto number = static_cast<RayNumber>(lane);
+      const ShownHit its{number, geometry, found.Get(lane)};
+      FullHit hit;
+      const bool has_hit = TraceAgain(task, number, lists, hit, &its,
+                                      moved_away >> lane & 1 ? &answers[lane] : nullptr);
+      found.Take(lane, has_hit ? &hit : nullptr);
+    });
+  }
+}
+
+/// The same where packets are of other widths.
+template <size_t kMost>
+void AskLastByRecords(const TraceTask& task, const GroupLanes<kMost>& lanes, ListMemory lists,
+                      GroupHits<kMost>& found) {
   ShownHit shown[kPacketRays];
   size_t count = 0;
   const auto ask = [&] {
-    AskLast(task, {shown, count}, lists, [&](RayNumber lane, const FullHit* hit) {
-      if (hit) {
-        found.Set(lane, *hit);
-      } else {
-        found.lanes &= ~(LaneMask{1} << lane);
-      }
-    });
+    AskLast(task, {shown, count}, lists,
+            [&](RayNumber lane, const FullHit* hit) { found.Take(lane, hit); });
     count = 0;
   };
   ForEachLane(found.lanes, [&](size_t lane) {
@@ -132,6 +169,17 @@ HWY_NOINLINE void AskLast(const TraceTask& task, const GroupLanes<kMost>& lanes,
     if (count == kPacketRays) ask();
   });
   ask();
+}
+
+template <size_t kMost>
+HWY_NOINLINE void AskLast(const TraceTask& task, const GroupLanes<kMost>& lanes, LaneMask active,
+                          ListMemory lists, GroupHits<kMost>& found) {
+  if (found.lanes == 0) return;
+  if (HWY_LIKELY(GroupPackets<kMost>::CanBe(task.frame.options.callback_width))) {
+    AskLastInLanes(task, lanes, active, lists, found);
+  } else {
+    AskLastByRecords(task, lanes, lists, found);
+  }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
-// Facets that do not move against the rays of a group: one triangle and all rays, or where few rays
-// are left one ray and all triangles.
+// Facets against the rays of a group: one triangle and all rays, or where few rays are left, or the
+// facets move, one ray and all triangles.
 
 #if defined(DACRT_TRACE_GROUP_FACETS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DACRT_TRACE_GROUP_FACETS_INL_H_
@@ -9,6 +9,7 @@
 #endif
 
 #include <limits>
+#include <optional>
 
 #include "leaf/test_leaf-inl.h"
 #include "trace/broadcast_triangles-inl.h"
@@ -33,6 +34,28 @@ class GroupFacets {
       return TestInLanes<kAsks>(leaf, block, active, enter);
     }
     TestOneByOne<kAsks>(leaf, block, active);
+  }
+
+  /// Facets that move, of which no filter functions have to be asked, against any-hit rays: each
+  /// has a time of its own.
+  HWY_NOINLINE void BlockByMoving(const LeafBlock& block, LaneMask active) {
+    const TimeSteps steps = task_.scene.geometries.shapes().StepsOf(block.geometry);
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block.lanes) return;
+      for (LaneMask left = active; left != 0; left &= left - 1) {
+        const size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero64(left);
+        const std::optional<Moment> moment = steps.At(lanes_.time[lane]);
+        if (!moment) continue;
+        const SpreadLane<kMost> ray{lanes_, lane};
+        const CornerLanes corners = CornersAt(block, part, *moment);
+        FacetCrossing crossing = CrossFacets<kRobust>(ray, corners.Triangles(), corners);
+        if (HWY_LIKELY(crossing.lanes == 0)) continue;
+        KeepInOwnBoxes(ray, corners, crossing);
+        if ((crossing.lanes & crossing.within_limit) == 0) continue;
+        Block(lane);
+        active &= ~(LaneMask{1} << lane);
+      }
+    }
   }
 
  private:

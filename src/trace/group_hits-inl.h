@@ -56,6 +56,16 @@ struct GroupHits {
     if (HWY_UNLIKELY(in_lanes != lanes)) Finish(task, group, lanes & ~in_lanes);
   }
 
+  /// Lanes whose hits are of a geometry, or would be.
+  HWY_INLINE LaneMask LanesIn(uint32_t geometry) const {
+    LaneMask in = 0;
+    for (size_t first = 0; first < kMost; first += Lanes()) {
+      const auto is_in = hn::Eq(hn::Load(kUint, geometry_id + first), hn::Set(kUint, geometry));
+      in |= Bits(hn::RebindMask(kFloat, is_in)) << first;
+    }
+    return in;
+  }
+
   /// Calls `body(component, values)` for each component of a hit and the distances `ends`.
   template <class Body>
   HWY_INLINE void ForEachRow(const float* ends, const Body& body) const {
@@ -88,6 +98,15 @@ struct GroupHits {
             geometry_id[lane],
             instance_id[lane],
             t[lane]};
+  }
+
+  /// Sets what a lane has in the end, null if that is nothing.
+  void Take(size_t lane, const FullHit* hit) {
+    if (hit) {
+      Set(lane, *hit);
+    } else {
+      lanes &= ~(LaneMask{1} << lane);
+    }
   }
 
   /// Writes them to the rays of a view that they come from, which are those from `first` on.

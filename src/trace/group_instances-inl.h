@@ -53,6 +53,29 @@ HWY_INLINE void TransformLanes(const AffineTransform& transform, const GroupLane
   }
 }
 
+/// Those of some lanes that enter the bounds of an item of a block.
+template <size_t kMost>
+HWY_INLINE LaneMask EnterItem(const GroupLanes<kMost>& lanes, const LeafBlock& block, size_t i,
+                              LaneMask active) {
+  const float* const data = block.bounds_data() + i;
+  WideBox box;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = WidenDown(hn::Set(kFloat, data[axis * block.lanes]));
+    box.upper[axis] = WidenUp(hn::Set(kFloat, data[(3 + axis) * block.lanes]));
+  }
+  LaneMask entering = 0;
+  for (size_t part = 0; part < lanes.parts(); ++part) {
+    V org[3], reciprocal[3];
+    lanes.LoadPart(part, org, reciprocal);
+    const size_t first = part * Lanes();
+    entering |=
+        Bits(Enters(IntersectBox(box, org, reciprocal), hn::Load(kFloat, lanes.tnear + first),
+                    hn::Load(kFloat, lanes.tfar + first)))
+        << first;
+  }
+  return active & entering;
+}
+
 /// The rays of some lanes in an instance that does not move. Lanes of hits of the outer scene have
 /// records, whose numbers are `numbers`.
 template <Query kQuery, size_t kMost>

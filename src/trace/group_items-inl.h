@@ -30,7 +30,7 @@ class GroupItems {
       const GeometryTable::Name item = NameOfLane(task_, block, i);
       const Geometry& user = task_.scene.geometries.shapes()[item.geometry];
       const Callback& function = UserFunctionOf(kQuery, user);
-      const LaneMask entering = EnterItem(block, i, active);
+      const LaneMask entering = EnterItem(lanes_, block, i, active);
       if (entering == 0 || !function) continue;
       GroupHits<kMost> hits;
       if constexpr (kQuery == Query::kClosest) hits = GroupHits<kMost>(task_, lanes_, active);
@@ -54,7 +54,7 @@ class GroupItems {
     if (task_.instance_memory.count == 0) return;  // There is one level of instances.
     const InstanceLeaf& leaf = InstanceLeaf::In(block);
     FetchScene(leaf);
-    const LaneMask entering = EnterItem(block, 0, active);
+    const LaneMask entering = EnterItem(lanes_, block, 0, active);
     if (entering == 0) return;
     if (hwy::PopCount(entering) > policy::kFewRays &&
         GroupInInstance<kQuery, kMost>::CanBe(task_, leaf, lanes_.parts())) {
@@ -77,34 +77,8 @@ class GroupItems {
     // The name of a hit of this scene is asked of its record.
     ForEachLane(lanes_.LanesInState(entering, RayRecord::kInLeaf),
                 [&](size_t lane) { rays_.RecordOf(lane); });
-    ForEachLane(entering & rays_.with_record(), [&](size_t lane) {
-      const RayRecord& ray = task_.rays[rays_.numbers()[lane]];
-      inner.time[lane] = ray.time;
-      inner.mask[lane] = ray.mask;
-    });
     GroupInInstance<kQuery, kMost>(task_, leaf, geometry, rays_.numbers())
         .Trace(lanes_, inner, entering, memory);
-  }
-
-  /// Those of the lanes that enter the bounds of an item of a block.
-  HWY_INLINE LaneMask EnterItem(const LeafBlock& block, size_t i, LaneMask active) const {
-    const float* const data = block.bounds_data() + i;
-    WideBox box;
-    for (size_t axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = WidenDown(hn::Set(kFloat, data[axis * block.lanes]));
-      box.upper[axis] = WidenUp(hn::Set(kFloat, data[(3 + axis) * block.lanes]));
-    }
-    LaneMask entering = 0;
-    for (size_t part = 0; part < lanes_.parts(); ++part) {
-      V org[3], reciprocal[3];
-      lanes_.LoadPart(part, org, reciprocal);
-      const size_t first = part * Lanes();
-      entering |=
-          Bits(Enters(IntersectBox(box, org, reciprocal), hn::Load(kFloat, lanes_.tnear + first),
-                      hn::Load(kFloat, lanes_.tfar + first)))
-          << first;
-    }
-    return active & entering;
   }
 
   RayGroup<kMost>& rays_;

@@ -78,6 +78,7 @@ struct GroupLanes {
     }
     start[lane] = ray.start;
     tnear[lane] = ray.tnear;
+    time[lane] = ray.time;
     mask[lane] = ray.mask;
     LoadHit(lane, ray);
   }

@@ -62,7 +62,7 @@ class GroupLeafTest {
     for (;; block = block->Next()) {
       if (HWY_LIKELY(!task_.checks_masks)) {
         TestInLanes(leaf, *block, active, memory, enter);
-      } else if (IsStillFacets(*block)) {
+      } else if (IsStillFacets(*block) || MayBlockByMoving(*block)) {
         const LaneMask accepting = Accepting(*block, active);
         if (accepting != 0) TestInLanes(leaf, *block, accepting, memory, enter);
       } else {
@@ -85,6 +85,8 @@ class GroupLeafTest {
                               ListMemory memory, const Enter& enter) {
     if (IsStillFacets(block)) {
       TestFacets(leaf, block, active, memory, enter);
+    } else if (MayBlockByMoving(block)) {
+      WithFacets([&](auto& facets) HWY_ATTR { facets.BlockByMoving(block, active); });
     } else if (!block.is_timed && block.kind == LeafKind::kUser && rays_.CanCall()) {
       items_.TestUserPrimitives(block, active);
     } else if (!block.is_timed && block.kind == LeafKind::kInstances) {
@@ -125,6 +127,10 @@ class GroupLeafTest {
 
   static bool IsStillFacets(const LeafBlock& block) {
     return !block.is_timed && block.kind == LeafKind::kFacets;
+  }
+
+  bool MayBlockByMoving(const LeafBlock& block) const {
+    return kQuery == Query::kAny && block.kind == LeafKind::kMovingFacets && !IsFiltered(block);
   }
 
   bool HasGrids(const LeafBlock& block) const {

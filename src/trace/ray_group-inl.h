@@ -44,8 +44,6 @@ class RayGroup {
   GroupLanes<kMost>& lanes() const { return lanes_; }
   /// Of the records of the rays in the lanes.
   const RayNumber* numbers() const { return numbers_; }
-  /// Lanes whose record holds the ray, if not its hit.
-  LaneMask with_record() const { return with_record_; }
 
   /// The record of the ray in a lane, as it stands now.
   RayRecord& RecordOf(size_t lane) {

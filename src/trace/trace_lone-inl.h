@@ -63,6 +63,7 @@ class LoneTracer : LoneRay<kQuery> {
   /// names are asked where there are such.
   enum class Asks {
     kNobody,  ///< its distance and its own box, and where these are not enough, others
+    kMasks,   ///< the same, but only of triangles that its mask accepts
     kOthers,  ///< others, to whom the walk leaves it
     kAtOnce,  ///< it is asked here
   };
@@ -81,6 +82,7 @@ class LoneTracer : LoneRay<kQuery> {
   };
 
   HWY_NOINLINE void TraceAsking() {
+    if (!scene_.geometries.shapes().has_filters(kQuery)) return Trace<Asks::kMasks>();
     if constexpr (kQuery == Query::kClosest) {
       if (scene_.closest_filters_may_wait && !call_.in_instance) {
         call_.filter_answers = &LearntAbout(scene_.kept.get()).filter_answers;
@@ -95,7 +97,7 @@ class LoneTracer : LoneRay<kQuery> {
   HWY_NOINLINE void TraceAskingLast() {
     asks_filters_ = false;
     if (HWY_UNLIKELY(call_.checks_masks)) {
-      TraceAskingOthers();
+      Trace<Asks::kMasks>();
     } else {
       Trace<Asks::kNobody>();
     }
@@ -125,9 +127,9 @@ class LoneTracer : LoneRay<kQuery> {
 
   template <Asks kAsks>
   HWY_INLINE void Trace() {
-    constexpr bool kRemembersBlocker = kQuery == Query::kAny && kAsks == Asks::kNobody;
+    constexpr bool kRemembersBlocker = kQuery == Query::kAny && kAsks != Asks::kOthers;
     // To walk through a small scene costs no more than the leaf.
-    if (kRemembersBlocker && !scene_.is_small && IsBlockedAgain()) return;
+    if (kRemembersBlocker && !scene_.is_small && IsBlockedAgain<kAsks>()) return;
     OpenChildren open;
     ChildWord child = scene_.kept->root();
     // A walk that calls other functions and goes on then would have no registers left: so it ends
@@ -142,7 +144,7 @@ class LoneTracer : LoneRay<kQuery> {
   HWY_INLINE WalkStep Test(ChildWord leaf) {
     const LeafBlock* const block = PlainBlock(partition_, leaf);
     if (HWY_UNLIKELY(block == nullptr)) return WalkStep::kLeave;
-    if (kAsks == Asks::kOthers && IsExcluded(*block)) return WalkStep::kNext;
+    if (kAsks != Asks::kNobody && IsExcluded(*block)) return WalkStep::kNext;
     const WalkStep step = TestFacets<kAsks>(*block);
     if (kQuery == Query::kAny && step == WalkStep::kStop) {
       LastBlocker::OfThisStack().Remember(scene_.kept->edition(), leaf);
@@ -151,11 +153,12 @@ class LoneTracer : LoneRay<kQuery> {
   }
 
   /// Whether the leaf in which a ray was blocked just before blocks this one, too.
+  template <Asks kAsks>
   HWY_INLINE bool IsBlockedAgain() {
     LastBlocker& last = LastBlocker::OfThisStack();
     const std::optional<ChildWord> leaf = last.In(scene_.kept->edition());
     if (HWY_LIKELY(!leaf)) return false;
-    if (TestFacets<Asks::kNobody>(*partition_.FirstBlock(*leaf)) == WalkStep::kStop) return true;
+    if (TestFacets<kAsks>(*partition_.FirstBlock(*leaf)) == WalkStep::kStop) return true;
     last.Forget();
     return false;
   }
@@ -208,9 +211,7 @@ class LoneTracer : LoneRay<kQuery> {
     if (!moment) return WalkStep::kNext;
     for (size_t part = 0; part < kParts; ++part) {
       if (part * kPartLanes >= block.lanes) break;
-      const CornerLanes corners =
-          Interpolate(DecodeCorners(block, part, moment->step),
-                      DecodeCorners(block, part, moment->step + 1), moment->fraction);
+      const CornerLanes corners = CornersAt(block, part, *moment);
       const WalkStep step = TestPart<Asks::kAtOnce>(block, part, corners.Triangles(), corners);
       if (step != WalkStep::kNext) return step;
     }
@@ -223,6 +224,11 @@ class LoneTracer : LoneRay<kQuery> {
                                const Corners& corners) {
     FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray_}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return WalkStep::kNext;
+    if constexpr (kAsks == Asks::kMasks) {
+      crossing.lanes = LanesOfMask(scene_.geometries, partition_.order, block, part * kPartLanes,
+                                   ray_.mask, crossing.lanes);
+      if (crossing.lanes == 0) return WalkStep::kNext;
+    }
     if (kAsks == Asks::kAtOnce || (kAsks == Asks::kOthers && HasToAsk(block))) {
       const EightPart key = KeepInOwnBoxes(SpreadRay{ray_}, corners, crossing);
       if (crossing.lanes == 0) return WalkStep::kNext;

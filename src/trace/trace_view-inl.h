@@ -246,7 +246,7 @@ GroupVisits TraceNeighbours(TraceTask& task, const RecordLayout& layout, size_t 
     ForEachLane(blocked, [&](size_t lane) { layout.WriteBlocked(first + lane); });
   } else {
     GroupHits<kMost> found(task, lanes, active);
-    if (HWY_UNLIKELY(task.asks_filters_last)) AskLast(task, lanes, lists, found);
+    if (HWY_UNLIKELY(task.asks_filters_last)) AskLast(task, lanes, active, lists, found);
     hits = hwy::PopCount(found.lanes);
     found.Write(layout, first);
   }
