@@ -269,7 +269,7 @@ class FacetTest {
     if (HWY_UNLIKELY(AsksMasks())) return false;
     RayRecord& ray = task_.rays[number];
     FoundInPart found;
-    found.Keep(crossing, triangles);
+    found.Keep(crossing, triangles.ng);
     while (crossing.lanes != 0) {
       float limit;
       size_t lane;

@@ -30,12 +30,13 @@ struct FoundInPart {
 
   FoundInPart() {}  // nothing is cleared
 
-  HWY_INLINE void Keep(const FacetCrossing& crossing, const TestTrianglesOf<EightPart>& triangles) {
+  /// `normals` are those of what is crossed.
+  HWY_INLINE void Keep(const FacetCrossing& crossing, const EightPart* normals) {
     hn::Store(crossing.t, kEightTag, t);
     hn::Store(crossing.u, kEightTag, u);
     hn::Store(crossing.v, kEightTag, v);
     hn::Store(crossing.divisor, kEightTag, divisor);
-    for (int axis = 0; axis < 3; ++axis) hn::Store(triangles.ng[axis], kEightTag, ng[axis]);
+    for (int axis = 0; axis < 3; ++axis) hn::Store(normals[axis], kEightTag, ng[axis]);
   }
 
   /// The hit on the triangle in a lane, which is that of an item with a name.

@@ -121,6 +121,11 @@ struct alignas(4) LeafBlock {
     return (kind == LeafKind::kUser || kind == LeafKind::kInstances) && is_last && !is_timed;
   }
 
+  bool HoldsPoints() const {
+    return kind == LeafKind::kSpheres || kind == LeafKind::kDiscs ||
+           kind == LeafKind::kOrientedDiscs;
+  }
+
   uint32_t PlaceOf(std::size_t lane) const { return first + (items >> (4 * lane) & 15); }
 };
 static_assert(sizeof(LeafBlock) == 16);

@@ -9,12 +9,13 @@
 
 #include <hwy/cache_control.h>
 
-#include <algorithm>
+#include <cstring>
 #include <limits>
 #include <optional>
 
 #include "geometry/triangle_test-inl.h"
 #include "geometry/wide_node-inl.h"
+#include "leaf/cross_facets-inl.h"
 #include "leaf/leaf_block.h"
 #include "leaf/leaf_names.h"
 #include "leaf/take_hit.h"
@@ -47,27 +48,13 @@ HWY_INLINE Passage PassPoints(const TestRaysOf<EightPart>& rays, const EightPart
   return passage;
 }
 
-/// The points of a block as they stand at one time, a lane each.
-struct LeafPoints {
+/// The points of a block that moves, as they stand at one time, a lane each.
+struct TimedPoints {
   HWY_ALIGN float center[3][kLeafLanes] = {};
   HWY_ALIGN float radius[kLeafLanes] = {};
   HWY_ALIGN float normal[3][kLeafLanes] = {};
   uint64_t lanes = 0;  ///< those that there is a point in
   float time = 0;
-
-  void Load(const LeafBlock& block) {
-    const float* data = block.point_data();
-    const auto load = [&](float* to) {
-      std::copy_n(data, block.lanes, to);
-      data += block.lanes;
-    };
-    for (float* axis : center) load(axis);
-    load(radius);
-    if (block.kind == LeafKind::kOrientedDiscs) {
-      for (float* axis : normal) load(axis);
-    }
-    lanes = (uint64_t{1} << block.lanes) - 1;
-  }
 
   void Gather(const TraceTask& task, const LeafBlock& block, float at_time) {
     const Shapes& shapes = task.scene.geometries.shapes();
@@ -89,106 +76,155 @@ struct LeafPoints {
   }
 };
 
+/// Those of a part of a block, a lane each. Lanes without one hold anything.
+struct PointPart {
+  EightPart center[3];
+  EightPart radius;
+  EightPart normal[3];  ///< of oriented discs
+  uint64_t lanes;
+
+  /// Of a block that does not move.
+  HWY_INLINE PointPart(const LeafBlock& block, size_t part) {
+    const bool has_normals = block.kind == LeafKind::kOrientedDiscs;
+    const size_t count = block.lanes, first = part * kPartLanes;
+    const float* const end = block.point_data() + (has_normals ? 7 : 4) * count;
+    const auto load = [&](size_t row) HWY_ATTR {
+      const float* const from = block.point_data() + row * count + first;
+      const auto left = static_cast<size_t>(end - from);
+      if (HWY_LIKELY(left >= kPartLanes)) return hn::LoadU(kEightTag, from);
+      HWY_ALIGN float some[kPartLanes] = {};
+      memcpy(some, from, left * sizeof(float));
+      return hn::Load(kEightTag, some);
+    };
+    for (size_t axis = 0; axis < 3; ++axis) center[axis] = load(axis);
+    radius = load(3);
+    for (size_t axis = 0; axis < 3; ++axis) normal[axis] = has_normals ? load(4 + axis) : radius;
+    lanes = ((uint64_t{1} << count) - 1) >> first;
+  }
+
+  HWY_INLINE PointPart(const TimedPoints& points, size_t part) {
+    const size_t first = part * kPartLanes;
+    for (int axis = 0; axis < 3; ++axis) {
+      center[axis] = hn::Load(kEightTag, points.center[axis] + first);
+      normal[axis] = hn::Load(kEightTag, points.normal[axis] + first);
+    }
+    radius = hn::Load(kEightTag, points.radius + first);
+    lanes = points.lanes >> first;
+  }
+};
+
+/// Calls `take(crossing, keys, ng)` where a ray, as SpreadRay, meets some points of a kind: up to
+/// twice, because it meets spheres on both sides.
+template <class Ray, class Take>
+HWY_INLINE void CrossPoints(LeafKind kind, const PointPart& points, const Ray& ray,
+                            const Take& take) {
+  const TestRaysOf<EightPart> rays = TestRaysFrom(ray);
+  const auto interval = IntersectSlabs([&](int axis) HWY_ATTR {
+    return SlabsOf<EightPart>::Of(WidenDown(hn::Sub(points.center[axis], points.radius)),
+                                  WidenUp(hn::Add(points.center[axis], points.radius)),
+                                  rays.org[axis], ray.reciprocal(axis));
+  });
+  const uint64_t entered = Bits(kEightTag, Enters(interval, rays.tnear, rays.tfar)) & points.lanes;
+  if (entered == 0) return;
+  const auto offer = [&](uint64_t meet, EightPart t, const EightPart* ng) HWY_ATTR {
+    const auto within =
+        hn::And(hn::Le(hn::Max(rays.tnear, hn::Zero(kEightTag)), t), hn::Le(t, rays.tfar));
+    FacetCrossing crossing;
+    crossing.lanes = crossing.within_limit = meet & Bits(kEightTag, within);
+    if (crossing.lanes == 0) return;
+    crossing.t = t;
+    crossing.u = crossing.v = hn::Zero(kEightTag);
+    crossing.divisor = hn::Set(kEightTag, 1.0f);
+    take(crossing, hn::Max(t, interval.entry), ng);
+  };
+  const EightPart radius2 = hn::Mul(points.radius, points.radius);
+  if (kind == LeafKind::kOrientedDiscs) {
+    EightPart to_center[3], off[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      to_center[axis] = hn::Sub(points.center[axis], rays.org[axis]);
+    }
+    const EightPart den = Dot(rays.dir, points.normal);
+    const EightPart t = hn::Div(Dot(to_center, points.normal), den);
+    for (int axis = 0; axis < 3; ++axis) {
+      off[axis] = hn::Sub(hn::MulAdd(t, rays.dir[axis], rays.org[axis]), points.center[axis]);
+    }
+    const auto meet = hn::And(hn::Ne(den, hn::Zero(kEightTag)), hn::Lt(Dot(off, off), radius2));
+    return offer(entered & Bits(kEightTag, meet), t, points.normal);
+  }
+  const Passage passage = PassPoints(rays, points.center);
+  const uint64_t meet = entered & Bits(kEightTag, hn::Le(passage.distance2, radius2));
+  if (meet == 0) return;
+  EightPart ng[3];
+  if (kind == LeafKind::kDiscs) {
+    const uint64_t outside = Bits(kEightTag, hn::Gt(passage.center2, radius2));
+    for (int axis = 0; axis < 3; ++axis) ng[axis] = hn::Neg(rays.dir[axis]);
+    return offer(meet & outside, passage.t, ng);
+  }
+  const EightPart half = hn::Sqrt(hn::Div(hn::Sub(radius2, passage.distance2), passage.length2));
+  for (const float side : {-1.0f, 1.0f}) {
+    const EightPart along = hn::Mul(hn::Set(kEightTag, side), half);
+    for (int axis = 0; axis < 3; ++axis) {
+      ng[axis] = hn::Sub(hn::Mul(along, rays.dir[axis]), passage.beside[axis]);
+    }
+    offer(meet, hn::Add(passage.t, along), ng);
+  }
+}
+
 template <Query kQuery>
 class PointTest {
  public:
   PointTest(const TraceTask& task, const LeafBlock& block)
-      : task_(task),
-        block_(block),
-        asks_names_(task.checks_masks || task.AsksFilters(kQuery)) {}
+      : task_(task), block_(block), asks_names_(task.checks_masks || task.AsksFilters(kQuery)) {}
 
   void Test(const RayNumber* list, size_t count) const {
-    LeafPoints points;
-    if (!block_.is_timed) points.Load(block_);
     if (kQuery == Query::kClosest || asks_names_) {
       hwy::Prefetch(task_.partition.order + block_.first);
     }
-    for (size_t i = 0; i < count; ++i) {
-      if (i + kAhead < count) hwy::Prefetch(&task_.rays[list[i + kAhead]]);
-      const float time = task_.rays[list[i]].time;
-      if (block_.is_timed && (i == 0 || time != points.time)) {
-        points.Gather(task_, block_, time);
+    if (HWY_UNLIKELY(block_.is_timed)) return TestTimed(list, count);
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const PointPart points(block_, part);
+      for (size_t i = 0; i < count; ++i) {
+        if (i + kAhead < count) hwy::Prefetch(&task_.rays[list[i + kAhead]]);
+        TestRay(list[i], points, part);
       }
-      for (size_t part = 0; part < kParts; ++part) TestRay(list[i], points, part);
     }
   }
 
  private:
   static constexpr size_t kAhead = 4;
 
-  void TestRay(RayNumber number, const LeafPoints& points, size_t part) const {
-    const RayRecord& record = task_.rays[number];
-    if (kQuery == Query::kAny && record.tfar < 0) return;
-    const size_t first = part * kPartLanes;
-    TestRaysOf<EightPart> ray;
-    EightPart center[3];
-    WideBoxOf<EightPart> box;
-    const EightPart radius = hn::Load(kEightTag, points.radius + first);
-    for (int axis = 0; axis < 3; ++axis) {
-      ray.org[axis] = hn::Set(kEightTag, record.org[axis]);
-      ray.dir[axis] = hn::Set(kEightTag, record.dir[axis]);
-      ray.reciprocal[axis] = hn::Set(kEightTag, record.reciprocal[axis]);
-      center[axis] = hn::Load(kEightTag, points.center[axis] + first);
-      box.lower[axis] = WidenDown(hn::Sub(center[axis], radius));
-      box.upper[axis] = WidenUp(hn::Add(center[axis], radius));
-    }
-    ray.tnear = hn::Set(kEightTag, record.tnear);
-    ray.tfar = hn::Set(kEightTag, record.tfar);
-    const IntervalOf<EightPart> interval = IntersectBox(box, ray.org, ray.reciprocal);
-    const uint64_t entered =
-        Bits(kEightTag, Enters(interval, ray.tnear, ray.tfar)) & (points.lanes >> first);
-    if (entered == 0) return;
-    const EightPart radius2 = hn::Mul(radius, radius);
-    if (block_.kind == LeafKind::kOrientedDiscs) {
-      EightPart normal[3], to_center[3], off[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        normal[axis] = hn::Load(kEightTag, points.normal[axis] + first);
-        to_center[axis] = hn::Sub(center[axis], ray.org[axis]);
+  void TestTimed(const RayNumber* list, size_t count) const {
+    TimedPoints points;
+    for (size_t i = 0; i < count; ++i) {
+      const float time = task_.rays[list[i]].time;
+      if (i == 0 || time != points.time) points.Gather(task_, block_, time);
+      for (size_t part = 0; part < kParts; ++part) {
+        TestRay(list[i], PointPart(points, part), part);
       }
-      const EightPart den = Dot(ray.dir, normal);
-      const EightPart t = hn::Div(Dot(to_center, normal), den);
-      for (int axis = 0; axis < 3; ++axis) {
-        off[axis] = hn::Sub(hn::MulAdd(t, ray.dir[axis], ray.org[axis]), center[axis]);
-      }
-      const auto meet = hn::And(hn::Ne(den, hn::Zero(kEightTag)), hn::Lt(Dot(off, off), radius2));
-      return Offer(number, first, ray, interval, entered & Bits(kEightTag, meet), t, normal);
-    }
-    const Passage passage = PassPoints(ray, center);
-    const uint64_t meet = entered & Bits(kEightTag, hn::Le(passage.distance2, radius2));
-    if (meet == 0) return;
-    EightPart ng[3];
-    if (block_.kind == LeafKind::kDiscs) {
-      const uint64_t outside = Bits(kEightTag, hn::Gt(passage.center2, radius2));
-      for (int axis = 0; axis < 3; ++axis) ng[axis] = hn::Neg(ray.dir[axis]);
-      return Offer(number, first, ray, interval, meet & outside, passage.t, ng);
-    }
-    const EightPart half = hn::Sqrt(hn::Div(hn::Sub(radius2, passage.distance2), passage.length2));
-    for (const float side : {-1.0f, 1.0f}) {
-      const EightPart along = hn::Mul(hn::Set(kEightTag, side), half);
-      for (int axis = 0; axis < 3; ++axis) {
-        ng[axis] = hn::Sub(hn::Mul(along, ray.dir[axis]), passage.beside[axis]);
-      }
-      Offer(number, first, ray, interval, meet, hn::Add(passage.t, along), ng);
     }
   }
 
-  void Offer(RayNumber number, size_t first, const TestRaysOf<EightPart>& ray,
-             const IntervalOf<EightPart>& interval, uint64_t meet, EightPart t,
-             const EightPart* ng) const {
-    const auto within =
-        hn::And(hn::Le(hn::Max(ray.tnear, hn::Zero(kEightTag)), t), hn::Le(t, ray.tfar));
-    const uint64_t lanes = meet & Bits(kEightTag, within);
-    if (lanes == 0) return;
+  HWY_INLINE void TestRay(RayNumber number, const PointPart& points, size_t part) const {
+    const RayRecord& ray = task_.rays[number];
+    if (kQuery == Query::kAny && ray.tfar < 0) return;
+    CrossPoints(block_.kind, points, SpreadRay{ray},
+                [&](const FacetCrossing& crossing, EightPart keys, const EightPart* ng)
+                    HWY_ATTR { Offer(number, part * kPartLanes, crossing, keys, ng); });
+  }
+
+  HWY_INLINE void Offer(RayNumber number, size_t first, const FacetCrossing& crossing,
+                        EightPart keys, const EightPart* ng) const {
     RayRecord& record = task_.rays[number];
     if (kQuery == Query::kAny && !asks_names_) {
       record.tfar = -std::numeric_limits<float>::infinity();
       return;
     }
     HWY_ALIGN float key[kPartLanes], distance[kPartLanes], normal[3][kPartLanes];
-    hn::Store(t, kEightTag, distance);
-    hn::Store(hn::Max(t, interval.entry), kEightTag, key);
+    hn::Store(crossing.t, kEightTag, distance);
+    hn::Store(keys, kEightTag, key);
     for (int axis = 0; axis < 3; ++axis) hn::Store(ng[axis], kEightTag, normal[axis]);
-    ForEachLane(lanes, [&](size_t lane) {
+    ForEachLane(crossing.lanes, [&](size_t lane) {
       Candidate candidate;
       candidate.key = key[lane];
       candidate.within_limit = true;

@@ -153,7 +153,7 @@ class GroupFacets {
     });
     if (taken == kPartLanes) return;
     FoundInPart found;
-    found.Keep(crossing, triangles);
+    found.Keep(crossing, triangles.ng);
     KeepFound(lane, found, taken);
   }
 
@@ -165,7 +165,7 @@ class GroupFacets {
     HWY_ALIGN float keys[kPartLanes];
     hn::Store(its_keys, kEightTag, keys);
     FoundInPart found;
-    found.Keep(crossing, triangles);
+    found.Keep(crossing, triangles.ng);
     for (uint64_t left = crossing.lanes; left != 0;) {
       const size_t i = NearestLane(left, keys);
       left &= ~(uint64_t{1} << i);

@@ -24,14 +24,14 @@ class LoneHit {
   /// The triangle in a lane of a part of a block.
   HWY_INLINE void Keep(const SceneParts& scene, uint32_t instance_id, const LeafBlock& block,
                        size_t part, size_t lane, const FacetCrossing& crossing,
-                       const TestTrianglesOf<EightPart>& triangles) {
+                       const EightPart* normals) {
     scene_ = &scene;
     instance_id_ = instance_id;
     block_ = &block;
     part_ = part;
     lane_ = lane;
     hwy::Prefetch(scene.kept->triangles().data() + block.first);  // for its name, wanted last
-    found_.Keep(crossing, triangles);
+    found_.Keep(crossing, normals);
   }
 
   HWY_INLINE void Set(const FullHit& hit, uint32_t geometry) {
@@ -102,8 +102,8 @@ class LoneCandidates {
 
   HWY_INLINE void Keep(const SceneParts& scene, uint32_t instance_id, const LeafBlock& block,
                        size_t part, const FacetCrossing& crossing, EightPart key,
-                       const TestTrianglesOf<EightPart>& triangles) {
-    hits_.Keep(scene, instance_id, block, part, 0, crossing, triangles);
+                       const EightPart* normals) {
+    hits_.Keep(scene, instance_id, block, part, 0, crossing, normals);
     hn::Store(key, kEightTag, keys_);
     lanes_ = crossing.lanes;
     within_limit_ = crossing.within_limit;

@@ -183,7 +183,7 @@ class HandfulTracer {
     if (HWY_UNLIKELY(!counts(taken, limit))) return false;
     lanes_.tfar[lane] = limit;
     answers_.with_hit |= LaneMask{1} << lane;
-    answers_.hits[lane].Keep(scene_, instance_id_, block, 0, taken, crossing, triangles);
+    answers_.hits[lane].Keep(scene_, instance_id_, block, 0, taken, crossing, triangles.ng);
     return true;
   }
 

@@ -218,6 +218,21 @@ class LoneTracer : LoneRay<kQuery> {
     return WalkStep::kNext;
   }
 
+  HWY_NOINLINE WalkStep TestPoints(const LeafBlock& block) {
+    WalkStep step = WalkStep::kNext;
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block.lanes) break;
+      CrossPoints(block.kind, PointPart(block, part), SpreadRay{ray_},
+                  [&](const FacetCrossing& crossing, EightPart keys, const EightPart* ng) HWY_ATTR {
+                    if (step == WalkStep::kStop) return;
+                    call_.candidates.Keep(scene_, instance_id_, block, part, crossing, keys, ng);
+                    step = TakeAsking();
+                  });
+      if (step == WalkStep::kStop) break;
+    }
+    return step;
+  }
+
   template <Asks kAsks, class Corners>
   HWY_INLINE WalkStep TestPart(const LeafBlock& block, size_t part,
                                const TestTrianglesOf<EightPart>& triangles,
@@ -232,7 +247,7 @@ class LoneTracer : LoneRay<kQuery> {
     if (kAsks == Asks::kAtOnce || (kAsks == Asks::kOthers && HasToAsk(block))) {
       const EightPart key = KeepInOwnBoxes(SpreadRay{ray_}, corners, crossing);
       if (crossing.lanes == 0) return WalkStep::kNext;
-      call_.candidates.Keep(scene_, instance_id_, block, part, crossing, key, triangles);
+      call_.candidates.Keep(scene_, instance_id_, block, part, crossing, key, triangles.ng);
       return kAsks == Asks::kAtOnce ? TakeAsking() : WalkStep::kLeave;
     }
     float limit;
@@ -245,7 +260,7 @@ class LoneTracer : LoneRay<kQuery> {
     }
     if constexpr (kQuery == Query::kAny) return Block();
     SetHit(ray_, limit, 0, 0);
-    call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles);
+    call_.hit.Keep(scene_, instance_id_, block, part, taken, crossing, triangles.ng);
     return WalkStep::kNext;
   }
 
@@ -284,12 +299,13 @@ class LoneTracer : LoneRay<kQuery> {
 
   static HWY_INLINE bool IsKnown(const LeafBlock& block) {
     if (block.kind == LeafKind::kInstances || block.kind == LeafKind::kMovingFacets) return true;
-    return !block.is_timed && (block.kind == LeafKind::kFacets || block.kind == LeafKind::kUser);
+    return !block.is_timed;
   }
 
   HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {
     if (block.kind == LeafKind::kFacets) return TestFacets<Asks::kAtOnce>(block);
     if (block.kind == LeafKind::kMovingFacets) return TestMovingFacets(block);
+    if (block.HoldsPoints()) return TestPoints(block);
     return block.is_timed ? TestMovingInstance(block.geometry) : TestItems(block);
   }
 
