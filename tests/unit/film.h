@@ -42,17 +42,6 @@ inline std::vector<Mesh> MakeSheets(uint32_t count, uint32_t side) {
   return sheets;
 }
 
-inline Geometry GeometryOf(const Mesh& mesh) {
-  Geometry geometry;
-  geometry.geometry_id = mesh.geometry_id;
-  geometry.mask = mesh.mask;
-  geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
-  geometry.vertex_count = mesh.vertices.size();
-  geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
-  geometry.primitive_count = mesh.triangles.size();
-  return geometry;
-}
-
 /// A scene from frame to frame.
 class Film {
  public:

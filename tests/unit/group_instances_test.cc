@@ -15,6 +15,7 @@ namespace {
 
 using unit::Float3;
 using unit::FullRay;
+using unit::GeometryOf;
 using unit::Mesh;
 
 class GroupInstancesTest : public unit::OnEachInstructionSet {};
@@ -36,16 +37,6 @@ Mesh Sheet(uint32_t side, uint32_t id, float height) {
     }
   }
   return mesh;
-}
-
-Geometry GeometryOf(const Mesh& mesh) {
-  Geometry geometry;
-  geometry.geometry_id = mesh.geometry_id;
-  geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
-  geometry.vertex_count = mesh.vertices.size();
-  geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
-  geometry.primitive_count = mesh.triangles.size();
-  return geometry;
 }
 
 Geometry Instance(const std::shared_ptr<const Scene>& scene, uint32_t id, float turn, float z) {

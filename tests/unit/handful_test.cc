@@ -12,6 +12,7 @@ namespace {
 
 using unit::Float3;
 using unit::FullRay;
+using unit::GeometryOf;
 using unit::Mesh;
 
 class HandfulTest : public unit::OnEachInstructionSet {
@@ -47,17 +48,6 @@ class HandfulTest : public unit::OnEachInstructionSet {
   unit::Random random_{31};
 };
 INSTANTIATE_ON_EACH_INSTRUCTION_SET(HandfulTest);
-
-Geometry GeometryOf(const Mesh& mesh) {
-  Geometry geometry;
-  geometry.geometry_id = mesh.geometry_id;
-  geometry.mask = mesh.mask;
-  geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
-  geometry.vertex_count = mesh.vertices.size();
-  geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
-  geometry.primitive_count = mesh.triangles.size();
-  return geometry;
-}
 
 Geometry InstanceOf(const std::shared_ptr<const Scene>& scene, uint32_t id, uint32_t mask,
                     float x) {

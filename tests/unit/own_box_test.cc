@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "film.h"
 #include "grazed_slab.h"
 #include "kept_trace.h"
 

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "film.h"
 #include "kept_trace.h"
 
 namespace dacrt::unit {

@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "dacrt/dacrt.h"
-#include "film.h"
 #include "partition/kept_partition.h"
 #include "trace/policy.h"
 #include "trace_scene.h"

@@ -117,6 +117,18 @@ struct Mesh {
   }
 };
 
+/// The mesh where it lies.
+inline Geometry GeometryOf(const Mesh& mesh) {
+  Geometry geometry;
+  geometry.geometry_id = mesh.geometry_id;
+  geometry.mask = mesh.mask;
+  geometry.vertices = {{mesh.vertices.data(), sizeof(Float3)}};
+  geometry.vertex_count = mesh.vertices.size();
+  geometry.primitives = {mesh.triangles.data(), 3 * sizeof(uint32_t)};
+  geometry.primitive_count = mesh.triangles.size();
+  return geometry;
+}
+
 inline std::vector<TriangleMesh> Views(const std::vector<Mesh>& meshes) {
   std::vector<TriangleMesh> views;
   for (const Mesh& mesh : meshes) views.push_back(mesh.View());
