@@ -151,20 +151,28 @@ Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box
     radius = std::max(radius, std::sqrt(square));
     translations.Extend(step->parts.translation);
   }
+  // It can be far wider than the way is: no wider than surfaces can be taken of.
+  constexpr double kFarthest = 2 * double{kLargestCoordinate};
   Box out = translations;
   for (int axis = 0; axis < 3; ++axis) {
-    out.lower[axis] = static_cast<float>(out.lower[axis] - radius * (1 + 0x1p-20));
-    out.upper[axis] = static_cast<float>(out.upper[axis] + radius * (1 + 0x1p-20));
+    out.lower[axis] =
+        static_cast<float>(std::max(-kFarthest, double{out.lower[axis]} - radius * (1 + 0x1p-20)));
+    out.upper[axis] =
+        static_cast<float>(std::min(kFarthest, double{out.upper[axis]} + radius * (1 + 0x1p-20)));
   }
   return out;
 }
 
 /// Bounds of an instance at each time step: between two of them lie those of the times between.
+/// Empty where it is too far away.
 void BoundInstance(std::span<const TransformStep> transforms, const Box& box, Box* bounds) {
   std::fill_n(bounds, transforms.size(), Box::Empty());
   for (std::size_t i = 0; i < transforms.size() && !box.IsEmpty(); ++i) {
-    Extend(bounds[i], TransformBox(TransformAt(transforms.subspan(i, 1), {}, 0), box));
+    const Box at_step = TransformBox(TransformAt(transforms.subspan(i, 1), {}, 0), box);
+    if (!IsUsable(at_step.lower) || !IsUsable(at_step.upper)) continue;
+    Extend(bounds[i], at_step);
     if (i == 0 || !transforms[i].in_parts || !transforms[i - 1].in_parts) continue;
+    if (bounds[i - 1].IsEmpty()) continue;
     const Box between = BoundRotation(transforms[i - 1], transforms[i], box);
     Extend(bounds[i - 1], between);
     Extend(bounds[i], between);
@@ -345,7 +353,7 @@ bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_
   if (derived.scene || g.shape == Shape::kUser) {
     for (uint32_t step = begin; step < end; ++step) {
       const Box& box = derived.bounds[std::size_t{item} * derived.steps + step];
-      if (box.IsEmpty() || !IsUsable(box.lower) || !IsUsable(box.upper)) return false;
+      if (box.IsEmpty()) return false;
       Extend(bounds, box);
     }
     return true;

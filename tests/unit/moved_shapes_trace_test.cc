@@ -155,6 +155,47 @@ TEST(MovedShapesTest, LinearBoundsHoldARotationAtAllTimes) {
   }
 }
 
+// The circle that a turn is bounded by may reach further than coordinates may, though no point of
+// the instance does.
+TEST(MovedShapesTest, InstancesThatTurnFarAwayAreThereAtAllTimes) {
+  constexpr float kUnit = 0x1p58f, kFar = 2;
+  Model model;  // a sphere; the test of a triangle multiplies more than numbers hold
+  model.steps = {{4.5f * kUnit, 0, 0, 0.5f * kUnit}};
+  const std::vector<Geometry> inner = {PointView(model, Shape::kSpheres, 0)};
+  Geometry instance;
+  instance.shape = Shape::kInstance;
+  instance.primitive_count = 1;
+  for (const float angle : {0.0f, 0.5f}) {
+    TransformStep step;
+    step.in_parts = true;
+    step.parts.quaternion[0] = std::cos(angle);
+    step.parts.quaternion[3] = std::sin(angle);
+    step.parts.translation[0] = -kFar * kUnit;
+    step.parts.translation[1] = -kFar * kUnit;
+    instance.transforms.push_back(step);
+  }
+  std::vector<TimedRay> rays;
+  for (int i = 0; i <= 16; ++i) {
+    TimedRay ray;
+    ray.time = static_cast<float>(i) / 16;
+    const AffineTransform transform = TransformAt(instance.transforms, {}, ray.time);
+    for (int axis = 0; axis < 3; ++axis) {
+      // To the sphere, from the origin of the instance.
+      ray.org[static_cast<std::size_t>(axis)] = transform.column[3][axis];
+      ray.dir[static_cast<std::size_t>(axis)] = transform.column[0][axis];
+    }
+    rays.push_back(ray);
+  }
+  for (const uint64_t budget : {uint64_t{0}, kDefaultBudget}) {
+    Settings settings;
+    settings.budget = budget;
+    const auto device = std::make_shared<Device>(settings);
+    instance.instanced_scene = std::make_shared<Scene>(device, inner, SceneOptions{});
+    const Scene scene(device, {&instance, 1}, SceneOptions{});
+    EXPECT_EQ(CountHits(Trace(scene, rays)), rays.size());
+  }
+}
+
 // A geometry that is not there for all of the time from 0 to 1 has bounds that hold at any.
 TEST(MovedShapesTest, LinearBoundsOfAnotherTimeRangeHoldAtAllTimes) {
   Model model;
