@@ -19,37 +19,32 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR
-/// Three values. What stands behind them may not be the caller's.
-HWY_INLINE CornerPart LoadThree(const float* values) {
-#if HWY_MEM_OPS_MIGHT_FAULT || HWY_TARGET == HWY_AVX2
-  // Processors that have no more than AVX2 may take long for a load with a mask.
-  const hn::Half<CornerTag> two;
-  const hn::Half<decltype(two)> one;
-  return hn::Combine(kCornerTag, hn::ZeroExtendVector(two, hn::LoadU(one, values + 2)),
-                     hn::LoadU(two, values));
-#else
-  return hn::MaskedLoad(hn::FirstN(kCornerTag, 3), kCornerTag, values);
-#endif
-}
-
 /// A vertex in each four lanes: the first one, and the fourth behind it if there are eight.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> LoadVertices(Tag d, const float* const* vertices) {
   if constexpr (hn::MaxLanes(Tag()) == 8) {
-    return hn::Combine(d, LoadThree(vertices[4]), LoadThree(vertices[0]));
+    return hn::Combine(d, hn::LoadU(kCornerTag, vertices[4]), hn::LoadU(kCornerTag, vertices[0]));
   } else {
-    return LoadThree(vertices[0]);
+    return hn::LoadU(kCornerTag, vertices[0]);
   }
 }
 
-/// Where the vertices of some triangles stand, by corner and lane.
+/// Where the vertices of some triangles stand, by corner and lane, each with one more float behind
+/// it that may be read.
 struct VertexPlaces {
   const float* corner[3][kLeafLanes];
+  float copies[3][kLeafLanes][4];  ///< of vertices behind which there may be nothing
 
   /// A lane without a triangle, or with one whose indices are no longer legal, has no area.
   HWY_INLINE void SetNothing(size_t lane) {
-    static constexpr float kNothing[3] = {};
+    static constexpr float kNothing[4] = {};
     for (auto& lanes : corner) lanes[lane] = kNothing;
+  }
+
+  HWY_INLINE void SetCopy(size_t k, size_t lane, const float* vertex) {
+    memcpy(copies[k][lane], vertex, 3 * sizeof(float));
+    copies[k][lane][3] = 0;
+    corner[k][lane] = copies[k][lane];
   }
 };
 
@@ -138,16 +133,32 @@ class LeafGather {
   }
 
   HWY_INLINE void SetVertices(uint32_t primitive, size_t lane, VertexPlaces& places) const {
-    uint32_t index[3];
-    memcpy(index, IndicesOf(primitive), sizeof(index));
-    if (HWY_UNLIKELY(HWY_MAX(HWY_MAX(index[0], index[1]), index[2]) >= mesh_->vertex_count)) {
-      return places.SetNothing(lane);
+    // One by one, into registers.
+    uint32_t a, b, c;
+    const char* const indices = IndicesOf(primitive);
+    memcpy(&a, indices, sizeof(a));
+    memcpy(&b, indices + sizeof(a), sizeof(b));
+    memcpy(&c, indices + 2 * sizeof(a), sizeof(c));
+    if (HWY_UNLIKELY(HWY_MAX(HWY_MAX(a, b), c) >= followed_)) {
+      return SetLastVertices(a, b, c, lane, places);
     }
+    places.corner[0][lane] = Vertex(a);
+    places.corner[1][lane] = Vertex(b);
+    places.corner[2][lane] = Vertex(c);
+  }
+
+  /// The same where one of the vertices may be the last of its mesh, or none.
+  HWY_NOINLINE void SetLastVertices(uint32_t a, uint32_t b, uint32_t c, size_t lane,
+                                    VertexPlaces& places) const {
+    if (HWY_MAX(HWY_MAX(a, b), c) >= mesh_->vertex_count) return places.SetNothing(lane);
+    places.SetCopy(0, lane, Vertex(a));
+    places.SetCopy(1, lane, Vertex(b));
+    places.SetCopy(2, lane, Vertex(c));
+  }
+
+  HWY_INLINE const float* Vertex(uint32_t index) const {
     const auto* const vertices = static_cast<const char*>(mesh_->vertices);
-    for (size_t k = 0; k < 3; ++k) {
-      places.corner[k][lane] =
-          reinterpret_cast<const float*>(vertices + index[k] * mesh_->vertex_stride);
-    }
+    return reinterpret_cast<const float*>(vertices + index * mesh_->vertex_stride);
   }
 
   /// Makes that of a triangle the mesh that is at hand; false if the item is none.
@@ -164,6 +175,8 @@ class LeafGather {
     mesh_ = &geometries_[geometry];
     begin_ = geometries_.Number(geometry, 0);
     size_ = geometries_.HasTriangles(geometry) ? static_cast<uint32_t>(mesh_->triangle_count) : 0;
+    const bool follow = mesh_->vertex_count > 0 && mesh_->vertex_stride >= sizeof(float);
+    followed_ = follow ? mesh_->vertex_count - 1 : 0;
   }
 
   const char* IndicesOf(uint32_t primitive) const {
@@ -176,6 +189,7 @@ class LeafGather {
   // The mesh at hand, and the numbers of its triangles: nearly always that of the triangle before.
   const TriangleMesh* mesh_;
   uint32_t geometry_, begin_, size_;
+  size_t followed_;  ///< its vertices, from the first on, behind which there is a float
 };
 
 }  // namespace HWY_NAMESPACE

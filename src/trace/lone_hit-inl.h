@@ -79,6 +79,9 @@ class LoneHit {
     return block_ != nullptr && scene_ == &scene && instance_id_ == instance_id;
   }
 
+  /// Whether it is among the triangles of a block.
+  bool IsIn(const LeafBlock* block) const { return block_ == block; }
+
   /// Another lane of the triangles that were kept last.
   void SetLane(size_t lane) { lane_ = lane; }
 

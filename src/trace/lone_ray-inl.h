@@ -20,6 +20,19 @@ HWY_BEFORE_NAMESPACE();
 namespace dacrt {
 namespace HWY_NAMESPACE {
 
+/// Leaves that are made for one visit. What the nearest hit so far is in stays where it is.
+class MadeLeaves {
+ public:
+  MadeLeaves() {}  // nothing is cleared
+
+  HWY_INLINE std::byte* Free(const LoneHit& hit) {
+    return blocks_[hit.IsIn(reinterpret_cast<const LeafBlock*>(blocks_[0])) ? 1 : 0];
+  }
+
+ private:
+  alignas(64) std::byte blocks_[2][kMostLeafBytes];
+};
+
 /// The call, from the scene itself to the instances in it.
 struct LoneCall {
   LoneCall(const RayPacket& call_packet, const CallOptions& call_options, WorkspacePool& call_pool,
@@ -38,6 +51,7 @@ struct LoneCall {
   FilterAnswers* filter_answers = nullptr;  ///< as in TraceTask, as is the next one
   const FullHit* asked = nullptr;
   LoneCandidates candidates;
+  MadeLeaves made_leaves;
 };
 
 /// As it is in one of these scenes. Its hits are the call's.
@@ -67,28 +81,31 @@ class LoneRay {
     while (!candidates.is_empty()) {
       // Near ones first, because a filter function may end the ray, and counts what it sees.
       const size_t lane = has_filters ? candidates.TakeNearest() : candidates.TakeAny();
-      const uint32_t geometry = candidates.geometry(lane);
-      if (!Accepts(geometry)) continue;
-      const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
+      // Before the name is asked for, which is seldom in a cache.
+      float key = candidates.key(lane);
       if constexpr (kQuery == Query::kAny) {
         if (!candidates.within_limit(lane)) continue;
+      } else {
+        const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
+        if (closeness == Closeness::kFarther) continue;
+        if (closeness == Closeness::kEqual && !ComesFirst(lane)) continue;
+      }
+      if (call_.checks_masks && !Accepts(candidates.geometry(lane))) continue;
+      const Callback* const filter = has_filters ? FilterAt(lane) : nullptr;
+      if constexpr (kQuery == Query::kAny) {
         if (filter) {
           FullHit hit = candidates.Hit(lane);
-          if (!PassesFilter(filter, hit)) continue;
+          if (!PassesFilter(*filter, hit)) continue;
         }
         candidates.Clear();
         return Block();
       }
-      float key = candidates.key(lane);
-      const Closeness closeness = Compare(ray_, key, candidates.within_limit(lane));
-      if (closeness == Closeness::kFarther) continue;
-      if (closeness == Closeness::kEqual && !ComesFirst(lane)) continue;
-      if (filter && asks_filters_) {
+      if (filter) {
         FullHit hit = candidates.Hit(lane);
         const float t = hit.t;
-        if (!PassesFilter(filter, hit)) continue;
+        if (!PassesFilter(*filter, hit)) continue;
         if (hit.t != t) key = hit.t;
-        call_.hit.Set(hit, geometry);
+        call_.hit.Set(hit, candidates.geometry(lane));
       } else {
         candidates.CopyHit(lane, call_.hit);
       }
@@ -117,6 +134,13 @@ class LoneRay {
   bool asks_filters_ = true;  ///< where hits are found
 
  private:
+  /// The filter function of a candidate's geometry; null if it has none.
+  HWY_INLINE const Callback* FilterAt(size_t lane) const {
+    const uint32_t geometry = call_.candidates.geometry(lane);
+    const Callback& filter = FilterOf<kQuery>(scene_.geometries.shapes()[geometry]);
+    return filter ? &filter : nullptr;
+  }
+
   /// Whether a candidate comes before the hit by name.
   HWY_INLINE bool ComesFirst(size_t lane) const {
     const LoneCandidates& candidates = call_.candidates;

@@ -174,7 +174,7 @@ class LoneTracer : LoneRay<kQuery> {
         return false;
       }
       if (!OpenStack<>(open).Next<kQuery>(ray_.tfar, child)) return false;
-    } while (child.IsBlock() && !partition_.FirstBlock(child)->IsPlain());
+    } while (child.IsRange() || (child.IsBlock() && !partition_.FirstBlock(child)->IsPlain()));
     return true;
   }
 
@@ -279,9 +279,33 @@ class LoneTracer : LoneRay<kQuery> {
     // The walk has tested all of the leaf, if it is one part.
     if (kParts == 1 && !call_.candidates.is_empty()) return TakeAsking();
     call_.candidates.Clear();
+    if (child.IsRange()) return TestMade(child.range());
     if (!child.IsBlock()) return WalkStep::kLeave;
     const LeafBlock* const block = partition_.FirstBlock(child);
     return HWY_LIKELY(block->HoldsItems()) ? TestItems(*block) : TestRow(block);
+  }
+
+  /// A leaf without its geometry, which is made for this visit; kLeave where it holds anything but
+  /// still facets, or callbacks would be asked twice about what a task tests again.
+  HWY_NOINLINE WalkStep TestMade(uint32_t first) {
+    if (scene_.has_callbacks) return WalkStep::kLeave;
+    for (;;) {
+      std::byte* const blocks = call_.made_leaves.Free(call_.hit);
+      const LeafGather::Gathered gathered =
+          LeafGather(scene_.geometries, partition_.order, blocks).Gather(first, kLeafLanes);
+      const auto& block = *reinterpret_cast<const LeafBlock*>(blocks);
+      if (!block.IsPlain()) return WalkStep::kLeave;
+      if (TestMade(block) == WalkStep::kStop) return WalkStep::kStop;
+      if (gathered.is_last) return WalkStep::kNext;
+      first += static_cast<uint32_t>(gathered.count);
+    }
+  }
+  HWY_INLINE WalkStep TestMade(const LeafBlock& block) {
+    if (!call_.checks_masks) {
+      const WalkStep step = TestFacets<Asks::kNobody>(block);
+      if (HWY_LIKELY(step != WalkStep::kLeave)) return step;
+    }
+    return TestFacets<Asks::kAtOnce>(block);
   }
 
   /// The blocks of a leaf, whatever they hold; kLeave, and nothing was done, where only a task can
@@ -313,32 +337,37 @@ class LoneTracer : LoneRay<kQuery> {
   HWY_NOINLINE WalkStep TestMovingInstance(uint32_t geometry) {
     const Shapes& shapes = scene_.geometries.shapes();
     if (!Accepts(geometry) || !shapes.MomentAt(geometry, ray_.time)) return WalkStep::kNext;
-    EnterInstance(geometry, shapes.ToInstance(geometry, ray_.time));
+    EnterInstance(geometry, *shapes.InstancedScene(geometry),
+                  shapes.ToInstance(geometry, ray_.time));
     return AfterItem();
   }
 
   HWY_INLINE WalkStep TestItems(const LeafBlock& block) {
     if (HWY_LIKELY(block.lanes == 1)) {
-      return EntersOnlyItem(block, ray_) ? TestItem(block, 0) : WalkStep::kNext;
+      if (!EntersOnlyItem(block, ray_)) return WalkStep::kNext;
+      return block.kind == LeafKind::kInstances ? TestInstance(block) : TestUserPrimitive(block, 0);
     }
     HWY_ALIGN float entry[kLeafLanes];
     for (uint32_t entered = EnterItems(block, ray_, entry); entered != 0;) {
       const size_t lane = NearestLane(entered, entry);
       entered &= ~(1u << lane);
       if (!(entry[lane] <= ray_.tfar)) break;
-      if (TestItem(block, lane) == WalkStep::kStop) return WalkStep::kStop;
+      if (TestUserPrimitive(block, lane) == WalkStep::kStop) return WalkStep::kStop;
     }
     return WalkStep::kNext;
   }
 
-  HWY_INLINE WalkStep TestItem(const LeafBlock& block, size_t lane) {
+  HWY_INLINE WalkStep TestUserPrimitive(const LeafBlock& block, size_t lane) {
     const GeometryTable::Name item = NameOfLane(scene_.geometries, partition_.order, block, lane);
     if (!Accepts(item.geometry)) return WalkStep::kNext;
-    if (block.kind == LeafKind::kUser) {
-      CallUserFunction(item);
-    } else {
-      EnterInstance(item.geometry, scene_.geometries.shapes().ToStillInstance(item.geometry));
-    }
+    CallUserFunction(item);
+    return AfterItem();
+  }
+  HWY_INLINE WalkStep TestInstance(const LeafBlock& block) {
+    if (!Accepts(block.geometry)) return WalkStep::kNext;
+    const InstanceLeaf& leaf = InstanceLeaf::In(block);
+    FetchScene(leaf);
+    EnterInstance(block.geometry, *leaf.scene, leaf.to_instance);
     return AfterItem();
   }
   HWY_INLINE WalkStep AfterItem() const {
@@ -366,16 +395,15 @@ class LoneTracer : LoneRay<kQuery> {
     call_.hit.Set(now, item.geometry);
   }
 
-  HWY_INLINE void EnterInstance(uint32_t geometry, const AffineTransform& to_instance) {
+  HWY_INLINE void EnterInstance(uint32_t geometry, const SceneParts& shown,
+                                const AffineTransform& to_instance) {
     if (call_.in_instance) return;  // There is one level of instances.
-    const Shapes& shapes = scene_.geometries.shapes();
     InstanceTransform transform;
     transform.Set(to_instance);
     RayRecord ray;
     transform.Apply(ray_, ray);
     call_.in_instance = true;
-    TraceLoneInInstance<kQuery>(call_, *shapes.InstancedScene(geometry),
-                                scene_.geometries[geometry].geometry_id, ray);
+    TraceLoneInInstance<kQuery>(call_, shown, scene_.geometries[geometry].geometry_id, ray);
     call_.in_instance = false;
     ray_.tfar = ray.tfar;
     ray_.state = ray.state;

@@ -44,16 +44,25 @@ void TraceSingle(const SceneParts& scene, const RayPacket& packet, const CallOpt
 /// Rays in a vector.
 constexpr size_t kVectorRays = hn::MaxLanes(D());
 
+/// Whether leaves are made anew for each visit: a group makes them once for all its rays. Packets
+/// of 4 of a COMPACT scene, one by one and as groups (Zen 3): Sponza's shadow rays took 969 and 599
+/// ns a ray, ambient ones 890 and 711.
+HWY_INLINE bool MakesLeaves(const SceneParts& scene) {
+  return scene.kept && scene.kept->leaf_lanes() > kLeafLanes;
+}
+
 /// Whether the rays of a packet, which have nothing to call, cost less one by one than as a group,
 /// whatever they are: a group takes several vectors where one does not hold it, and these fill no
 /// more than half of one. Packets of 4 with AVX2, one by one and as groups, ns a ray, primary,
 /// shadow, ambient, diffuse: a box of 36 triangles 147 and 168, 110 and 116, 59 and 82, 118 and
 /// 138; Sponza's shadow and ambient rays 212 and 319, 371 and 421. Packets of 4 with SSE4.2
-/// took 1.05 to 1.7 times as long one by one.
+/// took 1.05 to 1.7 times as long one by one. Instances are entered once by a group: in a thousand
+/// of Sponza shadow rays took 2,500 ns one by one and 1,760 so, ambient ones 2,620 and 2,800, of a
+/// hall 1,330 and 1,200, 860 and 810 (Zen 3).
 template <Query kQuery>
 HWY_INLINE bool IsBetterAlone(const SceneParts& scene, const RayPacket& packet) {
   return kVectorRays < kPacketRays && 2 * packet.lanes <= kVectorRays &&
-         (scene.is_small || kQuery == Query::kAny);
+         (scene.is_small || kQuery == Query::kAny) && !scene.has_instances && !MakesLeaves(scene);
 }
 
 /// Whether the rays of some lanes, which have nothing to call, cost less one by one than as a
@@ -80,7 +89,7 @@ HWY_INLINE bool AreBetterAlone(const SceneParts& scene, const GroupLanes<kPacket
   constexpr size_t kFewInSmall = kIsAny ? 0 : HWY_MIN(kFew, policy::kFewInSmallScene);
   const size_t count = hwy::PopCount(active);
   if (count <= policy::kFewRays) return true;
-  if (count > (scene.is_small ? kFewInSmall : kFew)) return false;
+  if (count > (scene.is_small ? kFewInSmall : kFew) || MakesLeaves(scene)) return false;
   uint32_t octant;
   return (active & ~lanes.LanesOfOctant(active, octant)) != 0;
 }

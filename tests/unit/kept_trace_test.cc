@@ -61,6 +61,12 @@ TEST_P(KeptTraceTest, BudgetsDoNotChangeABit) {
         ExpectSame(TraceForm(scene, rays, Query::kClosest), expected, what);
         ExpectSame(TraceForm(scene, rays, Query::kAny), expected_any, what + ", any");
         ASSERT_LE(scene.KeptBytesUsed(), scene.KeptBytes());
+        for (const uint32_t lanes : {1u, 4u}) {
+          ExpectSame(TracePackets(scene, rays, Query::kClosest, lanes, nullptr), expected,
+                     what + ", packets of " + std::to_string(lanes));
+          ExpectSame(TracePackets(scene, rays, Query::kAny, lanes, nullptr), expected_any,
+                     what + ", any, packets of " + std::to_string(lanes));
+        }
         if (keep == Keep::kLittle) continue;
         // The short way, through what the large call has left, and through nothing.
         const WorldScene fresh(WithBudget(budget), options);
@@ -118,13 +124,15 @@ TEST_P(KeptTraceTest, PacketsSinglesAndStreamsAgree) {
 
 // Scenes that are small and hold nothing but triangles, of which some coincide; half of the rays
 // run in one direction, and half end where they hit something, or right before. Calls of every
-// size, too, whose rays have next to nothing in common.
+// size, too, whose rays have next to nothing in common. Single rays of scenes whose leaves are made
+// for each visit meet the same.
 TEST_P(KeptTraceTest, TrianglesMeetPacketsAsTheyMeetRays) {
   Random random(13);
   for (const std::size_t triangles : {std::size_t{36}, std::size_t{400}, std::size_t{20000}}) {
     Mesh mesh = MakeSoup(random, triangles, 2, triangles < 1000 ? 0.6f : 0.1f);
     for (std::size_t i = 0; i < triangles; i += 8) mesh.triangles.push_back(mesh.triangles[i]);
-    const Scene scene(std::make_shared<Device>(WithBudget(kDefaultBudget)), {{mesh.View()}});
+    const auto device = std::make_shared<Device>(WithBudget(kDefaultBudget));
+    const Scene scene(device, {{mesh.View()}}), little(device, {{mesh.View()}}, Keep::kLittle);
     auto rays = MakeFullRays(random, 600);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (i % 16 < 8) {
@@ -143,6 +151,7 @@ TEST_P(KeptTraceTest, TrianglesMeetPacketsAsTheyMeetRays) {
       const auto expected = TracePackets(scene, rays, query, 1, nullptr);
       const std::string what = std::to_string(triangles) + (query == Query::kAny ? ", any" : "");
       for (int round = 0; round < 3; ++round) {
+        ExpectSame(TracePackets(little, rays, query, 1, nullptr), expected, what + ", little");
         for (const uint32_t lanes : {3u, 4u, 7u, 8u, 13u, 16u}) {
           ExpectSame(TracePackets(scene, rays, query, lanes, nullptr), expected,
                      what + ", packets of " + std::to_string(lanes));

@@ -30,11 +30,12 @@ class RayMasksTest : public KeptTraceTest {
     }
   }
 
-  std::unique_ptr<Scene> MakeScene(const std::vector<Mesh>& meshes, bool robust) const {
+  std::unique_ptr<Scene> MakeScene(const std::vector<Mesh>& meshes, bool robust,
+                                   Keep keep = Keep::kByBudget) const {
     std::vector<Geometry> geometries;
     for (const Mesh& mesh : meshes) geometries.push_back(GeometryOf(mesh));
     return std::make_unique<Scene>(std::make_shared<Device>(WithBudget(kDefaultBudget)), geometries,
-                                   SceneOptions{.robust = robust});
+                                   SceneOptions{.keep = keep, .robust = robust});
   }
 
   std::vector<FullRay> MakeRays(bool run_together, std::size_t count) {
@@ -76,6 +77,7 @@ class RayMasksTest : public KeptTraceTest {
 TEST_P(RayMasksTest, RaysMeetWhatTheyMeetInASceneOfTheseGeometriesAlone) {
   for (const bool robust : {false, true}) {
     const auto scene = MakeScene(meshes_, robust);
+    const auto little = MakeScene(meshes_, robust, Keep::kLittle);  // makes leaves for each visit
     for (const bool run_together : {false, true}) {
       for (const Query query : {Query::kClosest, Query::kAny}) {
         const auto rays = MakeRays(run_together, 1600);
@@ -93,6 +95,7 @@ TEST_P(RayMasksTest, RaysMeetWhatTheyMeetInASceneOfTheseGeometriesAlone) {
                        what + "in packets of " + std::to_string(lanes));
           }
         }
+        ExpectSame(TracePackets(*little, rays, query, 1, nullptr), expected, what + "one by one");
         if (HasFatalFailure()) return;
       }
     }
