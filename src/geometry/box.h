@@ -2,9 +2,23 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace dacrt {
+
+/// Beyond, products of coordinates overflow. What reaches 1.844e18 is left out, by Embree as well.
+inline constexpr float kLargestCoordinate =
+    std::bit_cast<float>(std::bit_cast<uint32_t>(1.844e18f) - 1);
+
+/// Whether no coordinate of a corner is too large, infinite, or not a number.
+inline bool IsUsable(const float* corner) {
+  // So that a coordinate which is not a number fails as well.
+  return std::abs(corner[0]) <= kLargestCoordinate && std::abs(corner[1]) <= kLargestCoordinate &&
+         std::abs(corner[2]) <= kLargestCoordinate;
+}
 
 /// Four floats a corner, so that a corner is one 16-byte vector; the fourth has no meaning.
 struct alignas(16) Box {
@@ -21,6 +35,11 @@ struct alignas(16) Box {
       lower[axis] = std::min(lower[axis], point[axis]);
       upper[axis] = std::max(upper[axis], point[axis]);
     }
+  }
+
+  void Extend(const Box& other) {
+    Extend(other.lower);
+    Extend(other.upper);
   }
 
   bool IsEmpty() const { return !(lower[0] <= upper[0]); }

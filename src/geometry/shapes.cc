@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "dacrt/error.h"
-#include "geometry/triangle_refs.h"
+#include "geometry/instance_bounds.h"
 #include "scene/scene_parts.h"
 
 namespace dacrt {
@@ -96,92 +96,11 @@ bool IsLegal(const GridPrimitive& grid, std::size_t vertex_count) {
   return last < vertex_count;
 }
 
-bool IsUsable(const float* corner) {
-  // Negated, so that a coordinate which is not a number fails as well.
-  return std::abs(corner[0]) <= kLargestCoordinate && std::abs(corner[1]) <= kLargestCoordinate &&
-         std::abs(corner[2]) <= kLargestCoordinate;
-}
-
-bool IsUsable(const Bounds& bounds) {
+bool AreUsable(const Bounds& bounds) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(bounds.lower[axis] <= bounds.upper[axis])) return false;
   }
   return IsUsable(bounds.lower) && IsUsable(bounds.upper);
-}
-
-/// The box of a transformed box, wide enough for the rounding of rays that are transformed back.
-Box TransformBox(const AffineTransform& transform, const Box& box) {
-  Box out = Box::Empty();
-  for (int axis = 0; axis < 3; ++axis) {
-    double lower = transform.column[3][axis], upper = lower, size = std::abs(lower);
-    for (int i = 0; i < 3; ++i) {
-      const double a = double{transform.column[i][axis]} * box.lower[i];
-      const double b = double{transform.column[i][axis]} * box.upper[i];
-      lower += std::min(a, b);
-      upper += std::max(a, b);
-      size += std::max(std::abs(a), std::abs(b));
-    }
-    constexpr double kSlack = 0x1p-20;
-    out.lower[axis] = static_cast<float>(lower - kSlack * size);
-    out.upper[axis] = static_cast<float>(upper + kSlack * size);
-  }
-  return out;
-}
-
-void Extend(Box& box, const Box& other) {
-  box.Extend(other.lower);
-  box.Extend(other.upper);
-}
-
-/// A rotation takes each point of a box no further from the origin than it was: bounds of the
-/// instance between two steps that are in parts.
-Box BoundRotation(const TransformStep& a, const TransformStep& b, const Box& box) {
-  double radius = 0;
-  Box translations = Box::Empty();
-  for (const TransformStep* step : {&a, &b}) {
-    TransformStep still = *step;
-    for (int i = 0; i < 4; ++i) still.parts.quaternion[i] = i == 0;
-    for (float& value : still.parts.translation) value = 0;
-    const Box scaled = TransformBox(TransformAt({&still, 1}, {}, 0), box);
-    double square = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double far = std::max(std::abs(scaled.lower[axis]), std::abs(scaled.upper[axis]));
-      square += far * far;
-    }
-    radius = std::max(radius, std::sqrt(square));
-    translations.Extend(step->parts.translation);
-  }
-  // It can be far wider than the way is: no wider than surfaces can be taken of.
-  constexpr double kFarthest = 2 * double{kLargestCoordinate};
-  Box out = translations;
-  for (int axis = 0; axis < 3; ++axis) {
-    out.lower[axis] =
-        static_cast<float>(std::max(-kFarthest, double{out.lower[axis]} - radius * (1 + 0x1p-20)));
-    out.upper[axis] =
-        static_cast<float>(std::min(kFarthest, double{out.upper[axis]} + radius * (1 + 0x1p-20)));
-  }
-  return out;
-}
-
-/// Bounds of an instance at each time step: between two of them lie those of the times between.
-/// Empty where it is too far away.
-void BoundInstance(std::span<const TransformStep> transforms, const Box& box, Box* bounds) {
-  std::fill_n(bounds, transforms.size(), Box::Empty());
-  for (std::size_t i = 0; i < transforms.size() && !box.IsEmpty(); ++i) {
-    const Box at_step = TransformBox(TransformAt(transforms.subspan(i, 1), {}, 0), box);
-    if (!IsUsable(at_step.lower) || !IsUsable(at_step.upper)) continue;
-    Extend(bounds[i], at_step);
-    if (i == 0 || !transforms[i].in_parts || !transforms[i - 1].in_parts) continue;
-    if (bounds[i - 1].IsEmpty()) continue;
-    const Box between = BoundRotation(transforms[i - 1], transforms[i], box);
-    Extend(bounds[i - 1], between);
-    Extend(bounds[i], between);
-  }
-}
-
-/// Into the instance, where it stands at the first time step.
-AffineTransform ToFirstStep(std::span<const TransformStep> transforms) {
-  return Inverse(TransformAt(transforms.first(1), {}, 0));
 }
 
 /// What hidden instances show: one point, where there is nothing. It is nobody's, since what they
@@ -237,7 +156,7 @@ void Shapes::Derived::CallBoundsFunction(const Geometry& g) {
       Bounds at_step{{1, 1, 1}, {-1, -1, -1}};
       g.bounds.function(g.bounds.data, item, step, at_step);
       Box box = Box::Empty();
-      if (IsUsable(at_step)) {
+      if (AreUsable(at_step)) {
         box.Extend(at_step.lower);
         box.Extend(at_step.upper);
       }
@@ -354,7 +273,7 @@ bool Shapes::BoundItem(uint32_t geometry, uint32_t item, uint32_t begin, uint32_
     for (uint32_t step = begin; step < end; ++step) {
       const Box& box = derived.bounds[std::size_t{item} * derived.steps + step];
       if (box.IsEmpty()) return false;
-      Extend(bounds, box);
+      bounds.Extend(box);
     }
     return true;
   }
@@ -494,7 +413,7 @@ LinearBounds Shapes::BoundLinearly() const {
       Box box;
       if (!BoundItem(geometry, item, box)) continue;
       for (uint32_t step = 0; step < steps; ++step) {
-        if (BoundItem(geometry, item, step, step + 1, box)) Extend(boxes[step], box);
+        if (BoundItem(geometry, item, step, step + 1, box)) boxes[step].Extend(box);
       }
     }
     if (boxes[0].IsEmpty()) continue;
@@ -502,7 +421,7 @@ LinearBounds Shapes::BoundLinearly() const {
     if (steps > 1 && (geometries_[geometry].time_range.begin != 0 ||
                       geometries_[geometry].time_range.end != 1)) {
       // Some other time: what holds at all of them.
-      for (const Box& box : boxes) Extend(begin, box);
+      for (const Box& box : boxes) begin.Extend(box);
       end = begin;
     }
     // Both ends give way as far as a step between them lies outside.
@@ -520,8 +439,8 @@ LinearBounds Shapes::BoundLinearly() const {
       begin.upper[axis] += above;
       end.upper[axis] += above;
     }
-    Extend(first, begin);
-    Extend(last, end);
+    first.Extend(begin);
+    last.Extend(end);
   }
   return {ToBounds(first), ToBounds(last)};
 }

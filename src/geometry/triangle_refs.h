@@ -33,10 +33,6 @@ struct TriangleRange {
   std::size_t count() const { return end - begin; }
 };
 
-/// Beyond, products of coordinates overflow. What reaches 1.844e18 is left out, by Embree as well.
-inline constexpr float kLargestCoordinate =
-    std::bit_cast<float>(std::bit_cast<uint32_t>(1.844e18f) - 1);
-
 /// Bounds of one triangle. False if it can not be hit: an index outside the vertices, or a
 /// coordinate that is not finite or above kLargestCoordinate in magnitude.
 bool BoundTriangle(const GeometryTable& geometries, uint32_t geometry, uint32_t primitive,

@@ -12,6 +12,7 @@
 
 #include <optional>
 
+#include "leaf/ask_facets-inl.h"
 #include "leaf/found_in_part-inl.h"
 #include "leaf/own_box-inl.h"
 #include "leaf/take_hit.h"
@@ -99,6 +100,7 @@ class FacetTest {
     if (HWY_UNLIKELY(block_.kind == LeafKind::kMovingFacets)) return TestMoving(list, count);
     if (HWY_UNLIKELY(task_.AsksFilters(kQuery))) {
       FetchForFilters(list, count);
+      if (count > 1 && task_.keeps_leaf_hits && !AsksMasks()) return TestAsking(list, count);
     }
     if (HWY_LIKELY(task_.keeps_leaf_hits)) return TestStill<true>(list, count);
     TestStill<false>(list, count);
@@ -170,6 +172,33 @@ class FacetTest {
     }
   }
 
+  /// Several rays that do not move, where filter functions are asked.
+  HWY_NOINLINE void TestAsking(const RayNumber* list, size_t count) const {
+    for (size_t part = 0; part < kParts; ++part) {
+      if (part * kPartLanes >= block_.lanes) return;
+      const CornerLanes corners = DecodeCorners(block_, part);
+      const auto triangles = corners.Triangles();
+      const CornersAndBoxes boxes(corners);
+      const FilteredPart<kQuery, CornersAndBoxes> filtered(task_, leaf_, block_, part, triangles,
+                                                           boxes);
+      const auto resume = [&](RayNumber number, uint64_t lanes) HWY_ATTR {
+        FacetCrossing crossing =
+            CrossFacets<kRobust>(SpreadRay{task_.rays[number]}, triangles, boxes);
+        crossing.lanes &= lanes;
+        TakeCrossed<true>(number, crossing, triangles, boxes, part, nullptr);
+      };
+      AskTogether ask(task_, filtered, resume);
+      for (size_t i = 0; i < count; ++i) {
+        Fetch(list, i + kAhead, count);
+        const RayRecord& ray = task_.rays[list[i]];
+        if (MeetsNothing(ray)) continue;
+        FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, boxes);
+        if (HWY_UNLIKELY(crossing.lanes != 0)) ask.Add(list[i], crossing);
+      }
+      ask.Ask();
+    }
+  }
+
   HWY_INLINE void Fetch(const RayNumber* list, size_t i, size_t count) const {
     hwy::Prefetch(&task_.rays[list[i < count ? i : count - 1]]);
   }
@@ -222,18 +251,32 @@ class FacetTest {
   HWY_INLINE void TestRay(RayNumber number, const TestTrianglesOf<EightPart>& triangles,
                           const Corners& corners, size_t part, const TimedFacets* timed) const {
     const RayRecord& ray = task_.rays[number];
-    if (kQuery == Query::kAny && ray.tfar < 0) return;
-    if (IsExcluded(ray)) return;
+    if (MeetsNothing(ray)) return;
     FacetCrossing crossing = CrossFacets<kRobust>(SpreadRay{ray}, triangles, corners);
     if (HWY_LIKELY(crossing.lanes == 0)) return;
+    TakeCrossed<kInLeaf>(number, crossing, triangles, corners, part, timed);
+  }
+
+  /// Whether a ray meets nothing more of the block: it is blocked, or excluded.
+  HWY_INLINE bool MeetsNothing(const RayRecord& ray) const {
+    return (kQuery == Query::kAny && ray.tfar < 0) || IsExcluded(ray);
+  }
+
+  /// Offers a ray the triangles that it meets.
+  template <bool kInLeaf, class Corners>
+  HWY_INLINE void TakeCrossed(RayNumber number, FacetCrossing& crossing,
+                              const TestTrianglesOf<EightPart>& triangles, const Corners& corners,
+                              size_t part, const TimedFacets* timed) const {
     if constexpr (kInLeaf) {
       if (HWY_UNLIKELY(task_.AsksFilters(kQuery))) {
-        if (AskAboutNearest(number, crossing, triangles, corners, part)) return;
+        const FilteredPart<kQuery, Corners> filtered(task_, leaf_, block_, part, triangles,
+                                                     corners);
+        if (!AsksMasks() && filtered.Ask(number, crossing)) return;
       } else if constexpr (kQuery == Query::kClosest) {
         if (HWY_LIKELY(TakeNearest(number, crossing, corners, part))) return;
       }
     }
-    const EightPart keys = KeepInOwnBoxes(SpreadRay{ray}, corners, crossing);
+    const EightPart keys = KeepInOwnBoxes(SpreadRay{task_.rays[number]}, corners, crossing);
     if (crossing.lanes != 0) TakeCrossing<kInLeaf>(number, crossing, keys, triangles, part, timed);
   }
 
@@ -256,51 +299,6 @@ class FacetTest {
     SetHit(ray, nearest,
            RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
            leaf_.bits());
-    return true;
-  }
-
-  /// Offers a ray what it meets, the nearest first, where filter functions may have to be asked;
-  /// false where more is to be asked than they, and whether it counts. Then `crossing` is what is
-  /// left.
-  template <class Corners>
-  HWY_NOINLINE bool AskAboutNearest(RayNumber number, FacetCrossing& crossing,
-                                    const TestTrianglesOf<EightPart>& triangles,
-                                    const Corners& corners, size_t part) const {
-    if (HWY_UNLIKELY(AsksMasks())) return false;
-    RayRecord& ray = task_.rays[number];
-    FoundInPart found;
-    found.Keep(crossing, triangles.ng);
-    while (crossing.lanes != 0) {
-      float limit;
-      size_t lane;
-      if (HWY_UNLIKELY(!crossing.FindFirst<kQuery>(ray, limit, lane))) return false;
-      if (lane == kPartLanes) return true;
-      const size_t block_lane = part * kPartLanes + lane;
-      if (HWY_UNLIKELY(!EntersOwnBox(SpreadRay{ray}, corners, block_, block_lane, limit))) {
-        return false;
-      }
-      crossing.lanes ^= uint64_t{1} << lane;
-      const GeometryTable::Name name = NameOfLane(task_, block_, block_lane);
-      const Callback& filter = FilterOf<kQuery>(task_.scene.geometries.shapes()[name.geometry]);
-      if (filter) {
-        FullHit hit =
-            found.Hit(lane, task_.scene, task_.instance_id, name, block_.second >> block_lane & 1);
-        const FullHit shown = hit;
-        if (!PassesFilter(task_, filter, kQuery, number, name.geometry, hit)) continue;
-        if (kQuery == Query::kClosest && !IsSame(hit, shown)) {
-          SetHit(ray, hit.t != shown.t ? hit.t : limit, 0, name.geometry);
-          task_.hits[number] = hit;
-          continue;
-        }
-      }
-      if constexpr (kQuery == Query::kAny) {
-        BlockInLeaf(number, uint64_t{1} << lane, part);
-        return true;
-      }
-      SetHit(ray, limit,
-             RayRecord::kInLeaf | static_cast<uint32_t>(block_lane << RayRecord::kLaneShift),
-             leaf_.bits());
-    }
     return true;
   }
 

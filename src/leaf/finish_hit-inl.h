@@ -37,8 +37,8 @@ struct LeafRoom {
 /// Apart, so that the common way stays short.
 inline HWY_NOINLINE const LeafBlock& MakeFacets(const TraceTask& task, ChildWord leaf,
                                                 LeafRoom& room) {
-  LeafGather(task.scene.geometries, task.partition.order, room.blocks)
-      .Gather(leaf.range(), kLeafLanes);
+  LeafGather(task.scene.geometries, task.partition.order)
+      .Gather(leaf.range(), kLeafLanes, room.blocks);
   return FacetsIn(reinterpret_cast<const LeafBlock*>(room.blocks));
 }
 HWY_INLINE const LeafBlock& FacetsOf(const TraceTask& task, ChildWord leaf, LeafRoom& room) {

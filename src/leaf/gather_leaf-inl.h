@@ -66,12 +66,11 @@ HWY_INLINE void GatherVertices(const VertexPlaces& places, float* out) {
 }
 #endif
 
-/// Makes leaves of the items of an order, each in the place of the one before.
+/// Makes leaves of the items of an order, one after the other.
 class LeafGather {
  public:
-  /// `blocks` as for MakeLeaf.
-  LeafGather(const GeometryTable& geometries, const uint32_t* order, std::byte* blocks)
-      : geometries_(geometries), order_(order), blocks_(blocks) {
+  LeafGather(const GeometryTable& geometries, const uint32_t* order)
+      : geometries_(geometries), order_(order) {
     Take(0);
   }
 
@@ -81,12 +80,12 @@ class LeafGather {
   };
 
   /// MakeLeaf with SharedVertices::kRepeat, of the items that FindItems finds.
-  HWY_INLINE Gathered Gather(uint32_t first, size_t most) {
+  HWY_INLINE Gathered Gather(uint32_t first, size_t most, std::byte* blocks) {
 #if HWY_TARGET != HWY_SCALAR
-    const Gathered triangles = GatherTriangles(first, most);
+    const Gathered triangles = GatherTriangles(first, most, blocks);
     if (HWY_LIKELY(triangles.count != 0)) return triangles;
 #endif
-    return GatherAny(first, most);
+    return GatherAny(first, most, blocks);
   }
 
   /// Asks for the memory of what the next leaf is made of.
@@ -100,17 +99,17 @@ class LeafGather {
   }
 
  private:
-  HWY_NOINLINE Gathered GatherAny(uint32_t first, size_t most) {
+  HWY_NOINLINE Gathered GatherAny(uint32_t first, size_t most, std::byte* blocks) {
     const LeafItems items = FindItems(geometries_, order_, first, most);
     FetchVertices(geometries_, items);
-    MakeLeaf(geometries_, items, first, SharedVertices::kRepeat, blocks_);
+    MakeLeaf(geometries_, items, first, SharedVertices::kRepeat, blocks);
     return {items.count, items.is_last};
   }
 
 #if HWY_TARGET != HWY_SCALAR
   /// The same of still triangles; where there is something else, none, and nothing is written. They
   /// are not named: to find out what each is costs more than to read it.
-  HWY_INLINE Gathered GatherTriangles(uint32_t first, size_t most) {
+  HWY_INLINE Gathered GatherTriangles(uint32_t first, size_t most, std::byte* blocks) {
     VertexPlaces places;
     Gathered gathered{0, false};
     uint32_t geometry = LeafBlock::kSeveral;
@@ -126,7 +125,7 @@ class LeafGather {
       gathered.is_last = (entry & KeptOrder::kLastOfLeaf) != 0;
     } while (!gathered.is_last && gathered.count < most);
     for (size_t lane = gathered.count; lane < kLeafLanes; ++lane) places.SetNothing(lane);
-    auto& block = *reinterpret_cast<LeafBlock*>(blocks_);
+    auto& block = *reinterpret_cast<LeafBlock*>(blocks);
     BeginTrianglesByLane(gathered.count, geometry, first, block);
     GatherVertices(places, block.vertex_data());
     return gathered;
@@ -185,12 +184,33 @@ class LeafGather {
 
   const GeometryTable& geometries_;
   const uint32_t* const order_;
-  std::byte* const blocks_;
   // The mesh at hand, and the numbers of its triangles: nearly always that of the triangle before.
   const TriangleMesh* mesh_;
   uint32_t geometry_, begin_, size_;
   size_t followed_;  ///< its vertices, from the first on, behind which there is a float
 };
+
+/// Makes leaves of the items from a place in the order on, up to the last one of the leaf or up to
+/// `most`, which carry no geometry: each in what `room()` gives, as for MakeLeaf. Then calls
+/// `body(leaf, first block)`, which says whether to go on.
+template <class Room, class Body>
+HWY_INLINE void ForEachMadeLeaf(const GeometryTable& geometries, const uint32_t* order,
+                                uint32_t first, size_t most, const Room& room, const Body& body) {
+  LeafGather leaves(geometries, order);
+  for (size_t done = 0;;) {
+    const auto place = static_cast<uint32_t>(first + done);
+    std::byte* const blocks = room();
+    const LeafGather::Gathered gathered =
+        leaves.Gather(place, HWY_MIN(kLeafLanes, most - done), blocks);
+    done += gathered.count;
+    const bool is_done = gathered.is_last || done == most;
+    if (!is_done) {
+      leaves.Fetch(static_cast<uint32_t>(first + done), HWY_MIN(kLeafLanes, most - done));
+    }
+    const auto* const block = reinterpret_cast<const LeafBlock*>(blocks);
+    if (!body(ChildWord::Range(place), block) || is_done) return;
+  }
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace dacrt

@@ -120,7 +120,7 @@ struct alignas(4) LeafBlock {
   bool HoldsItems() const {
     return (kind == LeafKind::kUser || kind == LeafKind::kInstances) && is_last && !is_timed;
   }
-
+  /// What rays are tested against as points with a radius; other blocks may follow.
   bool HoldsPoints() const {
     return kind == LeafKind::kSpheres || kind == LeafKind::kDiscs ||
            kind == LeafKind::kOrientedDiscs;

@@ -84,24 +84,17 @@ HWY_INLINE void TestBlocks(const TraceTask& task, ChildWord leaf, const LeafBloc
   }
 }
 
-/// Calls `body(leaf, first block)` for leaves made of the items from a place in the order on, up to
-/// the last one of the leaf or up to `most`, which carry no geometry.
+/// The same with room on the stack, and without an end before the last one.
 template <class Body>
 HWY_INLINE void ForEachMadeLeaf(const TraceTask& task, uint32_t first, size_t most,
                                 const Body& body) {
   alignas(64) std::byte blocks[kMostLeafBytes];
-  LeafGather leaves(task.scene.geometries, task.partition.order, blocks);
-  for (size_t done = 0;;) {
-    const auto place = static_cast<uint32_t>(first + done);
-    const LeafGather::Gathered gathered = leaves.Gather(place, HWY_MIN(kLeafLanes, most - done));
-    done += gathered.count;
-    const bool is_done = gathered.is_last || done == most;
-    if (!is_done) {
-      leaves.Fetch(static_cast<uint32_t>(first + done), HWY_MIN(kLeafLanes, most - done));
-    }
-    body(ChildWord::Range(place), reinterpret_cast<const LeafBlock*>(blocks));
-    if (is_done) return;
-  }
+  ForEachMadeLeaf(
+      task.scene.geometries, task.partition.order, first, most, [&] { return blocks; },
+      [&](ChildWord leaf, const LeafBlock* block) {
+        body(leaf, block);
+        return true;
+      });
 }
 
 template <Query kQuery>

@@ -99,8 +99,7 @@ void KeptPartition::AddSubset(const GeometryTable& now, const ListedTriangles& l
   Subset& all = subsets_[0];
   Subset& subset = subsets_[subset_count_];
   const float before = bounds_.HalfArea();
-  bounds_.Extend(listed.bounds.lower);
-  bounds_.Extend(listed.bounds.upper);
+  bounds_.Extend(listed.bounds);
   const float made = before > 0 ? all.made_surface / before : 1;
   all.made_surface = made * bounds_.HalfArea();
   all.count = static_cast<uint32_t>(triangles_.size());

@@ -44,8 +44,7 @@ inline size_t LeastGrown(const WideNode& node, const Box& box) {
     Box child{{face[0][0][k], face[0][1][k], face[0][2][k]},
               {face[1][0][k], face[1][1][k], face[1][2][k]}};
     const float before = child.HalfArea();
-    child.Extend(box.lower);
-    child.Extend(box.upper);
+    child.Extend(box);
     const float growth = child.HalfArea() - before;
     if (growth >= least_growth) continue;
     least = k;

@@ -30,10 +30,8 @@ ListedTriangles JoinPieces(std::span<uint32_t> numbers, std::span<const ListedTr
       std::copy_n(numbers.begin() + begin, piece.count, numbers.begin() + all.count);
     }
     all.count += piece.count;
-    all.bounds.Extend(piece.bounds.lower);
-    all.bounds.Extend(piece.bounds.upper);
-    all.centers.Extend(piece.centers.lower);
-    all.centers.Extend(piece.centers.upper);
+    all.bounds.Extend(piece.bounds);
+    all.centers.Extend(piece.centers);
   }
   std::copy(left_out.begin(), left_out.end(), numbers.begin() + all.count);
   return all;

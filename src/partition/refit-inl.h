@@ -175,8 +175,7 @@ inline bool HaveDecayed(const KeptPartition& kept, const GeometryTable& now,
     surface += bounds.HalfArea();
     made_surface += subset.made_surface;
     if (bounds.IsEmpty()) continue;
-    all.Extend(bounds.lower);
-    all.Extend(bounds.upper);
+    all.Extend(bounds);
   }
   const float made_all = kept.subset(0).made_surface;
   return surface * made_all > refit::kMostDecay * made_surface * all.HalfArea();
@@ -255,8 +254,7 @@ class RefitOver {
       const Box box = child.IsSubset() ? Subset(child.number()) : Node(child.number());
       boxes.Set(k, box);
       if (box.IsEmpty()) continue;
-      all.Extend(box.lower);
-      all.Extend(box.upper);
+      all.Extend(box);
     }
     boxes.FillEmpty(node.count);
     boxes.Encode(node.count, node);

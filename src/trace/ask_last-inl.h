@@ -122,29 +122,24 @@ void AskLastInLanes(const TraceTask& task, const GroupLanes<kMost>& lanes, LaneM
     const uint32_t geometry = *task.scene.geometries.Find(found.geometry_id[some_lane]);
     const Callback& filter = FilterOf<Query::kClosest>(task.scene.geometries.shapes()[geometry]);
     if (!filter) continue;
-    LaneMask changed = 0;
-    FullHit answers[kMost];
-    const LaneMask accepted =
-        packets.Call(filter, Query::kClosest, {geometry, found.primitive_id[some_lane]}, shown,
-                     found.t, found, [&](size_t lane, const FullHit& hit) {
-                       changed |= LaneMask{1} << lane;
-                       answers[lane] = hit;
-                     });
-    task.CountAnswers(accepted, hwy::PopCount(shown));
+    typename GroupPackets<kMost>::Answers answers;
+    packets.Call(filter, Query::kClosest, {geometry, found.primitive_id[some_lane]}, shown, found.t,
+                 found, answers);
+    task.CountAnswers(answers.valid, hwy::PopCount(shown));
     LaneMask moved_away = 0;
-    ForEachLane(accepted & changed, [&](size_t lane) {
-      if (answers[lane].t <= found.t[lane]) {
-        found.Set(lane, answers[lane]);
+    ForEachLane(answers.valid & answers.changed, [&](size_t lane) {
+      if (answers.hits[lane].t <= found.t[lane]) {
+        found.Set(lane, answers.hits[lane]);
       } else {
         moved_away |= LaneMask{1} << lane;
       }
     });
-    ForEachLane(shown & (~accepted | moved_away), [&](size_t lane) {
+    ForEachLane(shown & (~answers.valid | moved_away), [&](size_t lane) {
       const auto number = static_cast<RayNumber>(lane);
       const ShownHit its{number, geometry, found.Get(lane)};
       FullHit hit;
       const bool has_hit = TraceAgain(task, number, lists, hit, &its,
-                                      moved_away >> lane & 1 ? &answers[lane] : nullptr);
+                                      moved_away >> lane & 1 ? &answers.hits[lane] : nullptr);
       found.Take(lane, has_hit ? &hit : nullptr);
     });
   }

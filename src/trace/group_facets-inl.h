@@ -345,32 +345,26 @@ class GroupFacets {
     hn::Store(hn::Set(kUint, name.primitive), kUint, hits.primitive_id + first);
     hn::Store(hn::Set(kUint, geometry_id), kUint, hits.geometry_id + first);
     hn::Store(hn::Set(kUint, task_.instance_id), kUint, hits.instance_id + first);
-    const auto call = [&](M offered, const auto& change) HWY_ATTR {
-      return rays_.Packets().Call(filter, kQuery, name, Bits(offered) << first, hits.t, hits,
-                                  change);
+    typename GroupPackets<kMost>::Answers answers;
+    const auto call = [&](M offered) HWY_ATTR {
+      rays_.Packets().Call(filter, kQuery, name, Bits(offered) << first, hits.t, hits, answers);
     };
     if constexpr (kQuery == Query::kAny) {
-      const M met = hn::And(meeting.meet, meeting.within_limit);
-      const LaneMask passed = call(met, [](size_t, const FullHit&) {});
-      ForEachLane(passed, [&](size_t lane) { Block(lane); });
-      lanes &= ~(passed >> first);
+      call(hn::And(meeting.meet, meeting.within_limit));
+      ForEachLane(answers.valid, [&](size_t lane) { Block(lane); });
+      lanes &= ~(answers.valid >> first);
       return true;
     }
     const M closer = hn::And(meeting.meet, hn::Lt(meeting.key, rays.tfar));
     HWY_ALIGN float keys[kMaxLanes];
     hn::Store(meeting.key, kFloat, keys);
-    LaneMask changed = 0;
-    FullHit changes[kMost];
-    const LaneMask passed = call(closer, [&](size_t lane, const FullHit& hit) {
-      changed |= LaneMask{1} << lane;
-      changes[lane] = hit;
-    });
-    task_.CountAnswers(passed, hwy::PopCount(Bits(closer)));
-    KeepLanes(leaf, i, first, rays, triangle, meeting, MaskOf((passed & ~changed) >> first));
-    ForEachLane(passed & changed, [&](size_t lane) {
-      const bool has_moved = changes[lane].t != hits.t[lane];
-      KeepChanged(lane, changes[lane], has_moved ? changes[lane].t : keys[lane - first],
-                  name.geometry);
+    call(closer);
+    task_.CountAnswers(answers.valid, hwy::PopCount(Bits(closer)));
+    KeepLanes(leaf, i, first, rays, triangle, meeting,
+              MaskOf((answers.valid & ~answers.changed) >> first));
+    ForEachLane(answers.valid & answers.changed, [&](size_t lane) {
+      const FullHit& hit = answers.hits[lane];
+      KeepChanged(lane, hit, hit.t != hits.t[lane] ? hit.t : keys[lane - first], name.geometry);
     });
     const uint64_t limits = Bits(meeting.within_limit);
     ForEachLane(Bits(hn::AndNot(closer, meeting.meet)), [&](size_t lane) {

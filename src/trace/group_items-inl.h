@@ -35,17 +35,19 @@ class GroupItems {
       GroupHits<kMost> hits;
       if constexpr (kQuery == Query::kClosest) hits = GroupHits<kMost>(task_, lanes_, active);
       hits.SetNone();
-      rays_.Packets().Call(function, kQuery, item, entering, lanes_.tfar, hits,
-                           [&](size_t lane, const FullHit& hit) {
-                             if constexpr (kQuery == Query::kAny) {
-                               if (hit.t < 0) lanes_.tfar[lane] = hit.t;
-                               return;
-                             }
-                             lanes_.state[lane] = RayRecord::kHasHit;
-                             lanes_.hit[lane] = item.geometry;
-                             lanes_.tfar[lane] = std::min(lanes_.tfar[lane], hit.t);
-                             task_.hits[lane] = hit;
-                           });
+      typename GroupPackets<kMost>::Answers answers;
+      rays_.Packets().Call(function, kQuery, item, entering, lanes_.tfar, hits, answers);
+      ForEachLane(answers.changed, [&](size_t lane) {
+        const FullHit& hit = answers.hits[lane];
+        if constexpr (kQuery == Query::kAny) {
+          if (hit.t < 0) lanes_.tfar[lane] = hit.t;
+          return;
+        }
+        lanes_.state[lane] = RayRecord::kHasHit;
+        lanes_.hit[lane] = item.geometry;
+        lanes_.tfar[lane] = std::min(lanes_.tfar[lane], hit.t);
+        task_.hits[lane] = hit;
+      });
     }
   }
 

@@ -86,23 +86,23 @@ class GroupPackets {
     return true;
   }
 
-  /// Calls a function of a geometry for the rays of some lanes, with these ends and hits. Returns
-  /// the lanes that it leaves valid. `change(lane, hit)` is called for those of which it has
-  /// changed the end or the hit.
-  template <class Change>
-  LaneMask Call(const Callback& function, Query query, const GeometryTable::Name& item,
-                LaneMask lanes, const float* tfar, const GroupHits<kMost>& hits,
-                const Change& change) {
-    LaneMask valid = 0;
+  /// What a function has made of the rays of some lanes.
+  struct Answers {
+    LaneMask valid = 0;    ///< those that it leaves so
+    LaneMask changed = 0;  ///< those of which it has changed the end or the hit
+    FullHit hits[kMost];   ///< of these, with the end
+  };
+
+  /// Calls a function of a geometry for the rays of some lanes, with these ends and hits.
+  void Call(const Callback& function, Query query, const GeometryTable::Name& item, LaneMask lanes,
+            const float* tfar, const GroupHits<kMost>& hits, Answers& answers) {
     WithWidth([&](auto width) HWY_ATTR {
       for (size_t first = 0; first < lanes_; first += width()) {
         const LaneMask of_packet = lanes >> first & FirstLanes(width());
         if (of_packet == 0) continue;
-        valid |= CallOne<width()>(function, query, item, of_packet, first, tfar, hits, change)
-                 << first;
+        CallOne<width()>(function, query, item, of_packet, first, tfar, hits, answers);
       }
     });
-    return valid;
   }
 
  private:
@@ -132,11 +132,10 @@ class GroupPackets {
     return values_ + first * kPacketComponents + static_cast<size_t>(component) * kWidth;
   }
 
-  template <size_t kWidth, class Change>
-  HWY_INLINE LaneMask CallOne(const Callback& function, Query query,
-                              const GeometryTable::Name& item, LaneMask lanes, size_t first,
-                              const float* tfar, const GroupHits<kMost>& hits,
-                              const Change& change) {
+  template <size_t kWidth>
+  HWY_INLINE void CallOne(const Callback& function, Query query, const GeometryTable::Name& item,
+                          LaneMask lanes, size_t first, const float* tfar,
+                          const GroupHits<kMost>& hits, Answers& answers) {
     // Copied in whole vectors, and compared so: what a function may change.
     const hn::CappedTag<uint32_t, kWidth> d;
     uint32_t* const packet = Values<kWidth>(first, PacketComponent::kOrgX);
@@ -152,20 +151,20 @@ class GroupPackets {
     alignas(64) int32_t valid[kWidth];
     for (size_t i = 0; i < kWidth; ++i) valid[i] = -static_cast<int32_t>(lanes >> i & 1);
     function(ArgumentsOf(query, item, valid, packet));
-    LaneMask left = 0;
-    ForEachLane(lanes, [&](size_t i) { left |= LaneMask{valid[i] != 0} << i; });
+    ForEachLane(lanes, [&](size_t i) { answers.valid |= LaneMask{valid[i] != 0} << (first + i); });
     auto changed = hn::Zero(d);
     for_each([&](const uint32_t* own, uint32_t* in_packet) HWY_ATTR {
       changed = hn::Or(changed, hn::Xor(hn::Load(d, own), hn::Load(d, in_packet)));
     });
-    if (HWY_LIKELY(hn::AllTrue(d, hn::Eq(changed, hn::Zero(d))))) return left;
+    if (HWY_LIKELY(hn::AllTrue(d, hn::Eq(changed, hn::Zero(d))))) return;
     ForEachLane(lanes, [&](size_t i) {
       const FullHit now = RecordLayout::ReadHit(packet, kWidth, i);
       FullHit before = hits.Get(first + i);
       before.t = tfar[first + i];
-      if (!IsSame(now, before)) change(first + i, now);
+      if (IsSame(now, before)) return;
+      answers.changed |= LaneMask{1} << (first + i);
+      answers.hits[first + i] = now;
     });
-    return left;
   }
 
   alignas(64) uint32_t values_[kPacketComponents * kMost];

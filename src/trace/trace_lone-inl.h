@@ -289,16 +289,15 @@ class LoneTracer : LoneRay<kQuery> {
   /// still facets, or callbacks would be asked twice about what a task tests again.
   HWY_NOINLINE WalkStep TestMade(uint32_t first) {
     if (scene_.has_callbacks) return WalkStep::kLeave;
-    for (;;) {
-      std::byte* const blocks = call_.made_leaves.Free(call_.hit);
-      const LeafGather::Gathered gathered =
-          LeafGather(scene_.geometries, partition_.order, blocks).Gather(first, kLeafLanes);
-      const auto& block = *reinterpret_cast<const LeafBlock*>(blocks);
-      if (!block.IsPlain()) return WalkStep::kLeave;
-      if (TestMade(block) == WalkStep::kStop) return WalkStep::kStop;
-      if (gathered.is_last) return WalkStep::kNext;
-      first += static_cast<uint32_t>(gathered.count);
-    }
+    WalkStep step = WalkStep::kNext;
+    ForEachMadeLeaf(
+        scene_.geometries, partition_.order, first, SIZE_MAX,
+        [&] { return call_.made_leaves.Free(call_.hit); },
+        [&](ChildWord, const LeafBlock* block) HWY_ATTR {
+          step = block->IsPlain() ? TestMade(*block) : WalkStep::kLeave;
+          return step == WalkStep::kNext;
+        });
+    return step;
   }
   HWY_INLINE WalkStep TestMade(const LeafBlock& block) {
     if (!call_.checks_masks) {
@@ -322,8 +321,8 @@ class LoneTracer : LoneRay<kQuery> {
   }
 
   static HWY_INLINE bool IsKnown(const LeafBlock& block) {
-    if (block.kind == LeafKind::kInstances || block.kind == LeafKind::kMovingFacets) return true;
-    return !block.is_timed;
+    return !block.is_timed || block.kind == LeafKind::kInstances ||
+           block.kind == LeafKind::kMovingFacets;
   }
 
   HWY_INLINE WalkStep TestBlock(const LeafBlock& block) {

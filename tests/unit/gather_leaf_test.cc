@@ -34,7 +34,7 @@ void ExpectSameBlocks(const GeometryTable& table, const uint32_t* order, uint32_
   alignas(64) std::byte made[kMostLeafBytes];
   std::memset(gathered, 0xA5, kMostLeafBytes);
   std::memset(made, 0xA5, sizeof(made));
-  const LeafGather::Gathered leaf = leaves.Gather(first, most);
+  const LeafGather::Gathered leaf = leaves.Gather(first, most, gathered);
   ASSERT_EQ(leaf.count, items.count);
   ASSERT_EQ(leaf.is_last, items.is_last);
   MakeLeaf(table, items, first, SharedVertices::kRepeat, made);
@@ -91,7 +91,7 @@ void TrianglesOfSeveralMeshes() {
       ASSERT_EQ(items.names[k].geometry, name.geometry);
       ASSERT_EQ(items.names[k].primitive, name.primitive);
     }
-    LeafGather leaves(table, order.data(), gathered);
+    LeafGather leaves(table, order.data());
     leaves.Fetch(first, most);
     ASSERT_NO_FATAL_FAILURE(ExpectSameBlocks(table, order.data(), first, most, leaves, gathered));
     // Those behind it, too, with what is at hand by then.
@@ -117,7 +117,7 @@ void ShapesOfAllKinds() {
     std::vector<uint32_t> order(8);
     for (uint32_t& entry : order) entry = random.Below(count);
     order.back() |= KeptOrder::kLastOfLeaf;
-    LeafGather leaves(table, order.data(), gathered);
+    LeafGather leaves(table, order.data());
     for (uint32_t first = 0; first < 3; ++first) {
       ASSERT_NO_FATAL_FAILURE(
           ExpectSameBlocks(table, order.data(), first, kLeafLanes, leaves, gathered));
