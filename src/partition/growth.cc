@@ -130,6 +130,8 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       exact_nodes_(other.exact_nodes_.load()),
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
+      tried_leaf_lanes_(other.tried_leaf_lanes_),
+      node_room_(other.node_room_),
       splits_with_care_(other.splits_with_care_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()) {

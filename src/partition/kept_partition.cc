@@ -21,6 +21,11 @@ constexpr std::size_t kLeafBytes = 20;
 constexpr std::size_t kMostLeafLanes = 8 * kLeafLanes;
 std::size_t LeastNodes(std::size_t triangles) { return 16 + triangles / 168; }
 
+/// Real scenes have a node for every three and a half leaves, were these full.
+constexpr double kFullLeavesANode = 3.5;
+/// Fewer than these are not worth their nodes.
+constexpr std::size_t kLeastTriedLanes = kLeafLanes + 2;
+
 }  // namespace
 
 std::size_t KeptPartition::LeastBytes(std::size_t triangles) {
@@ -60,11 +65,23 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
          NodesFor(LanesOf(geometries), leaf_lanes_) * kUnitsANode > room_units_) {
     leaf_lanes_ += kLeafLanes;
   }
+  TrySmallerLeaves(LanesOf(geometries));
 
   List(look, tasks);
   subset_count_ = 1;
   subsets_[0].SetUnsplit(0, static_cast<uint32_t>(triangles_.size()), bounds_.HalfArea());
   subsets_[0].parent = Subset::kNowhere;
+}
+
+/// For a partition of so many lanes. A little room stays free for nodes over subsets.
+void KeptPartition::TrySmallerLeaves(std::size_t lanes) {
+  tried_leaf_lanes_ = leaf_lanes_;
+  if (leaf_units_ > 0) return;
+  node_room_ = room_units_ / kUnitsANode;
+  node_room_ -= node_room_ / 32;
+  const double full_leaves = kFullLeavesANode * static_cast<double>(node_room_);
+  const auto least = static_cast<std::size_t>(static_cast<double>(lanes) / full_leaves) + 1;
+  tried_leaf_lanes_ = std::min(std::max(least, kLeastTriedLanes), leaf_lanes_);
 }
 
 uint32_t KeptPartition::NewEdition() {

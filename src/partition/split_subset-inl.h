@@ -59,7 +59,9 @@ struct TriangleLeaves {
 enum class SplitRule {
   kRent,  ///< leaves that a curve is cut into, and nodes that are packed along it
   kBuy,   ///< over the same leaves nodes of least surface: rays take a tenth less
-  kCare   ///< such nodes, over leaves that have less surface, too (see sort_by_surface-inl.h)
+  /// Such nodes, over leaves that have less surface, too (see sort_by_surface-inl.h), and smaller
+  /// ones where their geometry is not kept.
+  kCare
 };
 
 /// Triangles up to which they are split one by one, on three axes, which costs next to nothing
@@ -144,13 +146,22 @@ inline uint32_t SplitSmallSubset(KeptPartition& kept, Subset& subset, size_t ray
   // In private memory until there is room: others may still read the order.
   uint32_t* const order = scratch.order;
   const auto triangles = kept.OrderOf(subset);
-  std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
   Box bounds;
   SplitRule rule =
       rays >= rent_or_buy::kNodes.RaysFor(subset.count) ? SplitRule::kBuy : SplitRule::kRent;
   if (kept.splits_with_care() && old.count == 0) rule = SplitRule::kCare;
-  const size_t count = SplitTriangles(kept.geometries(), kept.leaf_lanes(), subset.begin,
-                                      {order, subset.count}, rule, scratch, &bounds);
+  const auto split = [&](size_t leaf_lanes) {
+    std::transform(triangles.begin(), triangles.end(), order, KeptOrder::NumberOf);
+    return SplitTriangles(kept.geometries(), leaf_lanes, subset.begin, {order, subset.count}, rule,
+                          scratch, &bounds);
+  };
+  const size_t share = kept.NodeShareOf(subset);
+  size_t leaf_lanes = rule == SplitRule::kCare ? kept.tried_leaf_lanes() : kept.leaf_lanes();
+  size_t count = split(leaf_lanes);
+  while (count > share && leaf_lanes < kept.leaf_lanes()) {
+    leaf_lanes = HWY_MIN(leaf_lanes * count / share + 1, kept.leaf_lanes());
+    count = split(leaf_lanes);
+  }
   if (count == 0) return Subset::kNoRoom;
   const bool has_better = count > 1 && HasCurve(subset.count, kept.leaf_lanes());
   const bool is_rented = rule == SplitRule::kRent && has_better;

@@ -216,6 +216,13 @@ void TheBudgetIsNeverExceeded() {
     EXPECT_GE(walker.nodes, last_nodes) << "more room, more nodes";
     last_nodes = walker.nodes;
 
+    Kept cared({mesh}, budget);
+    cared.rays = Rays::kExpected;
+    Walker cared_walker(cared);
+    cared_walker.Walk(false);
+    if (testing::Test::HasFatalFailure()) return;
+    EXPECT_EQ(cared_walker.without_room, 0u);
+
     Kept narrow({mesh}, budget);
     uint32_t first_node, first_subset;
     while (narrow.partition.Allocate(25, 0, first_node, first_subset)) continue;
@@ -224,6 +231,26 @@ void TheBudgetIsNeverExceeded() {
     if (testing::Test::HasFatalFailure()) return;
     EXPECT_GT(narrow_walker.without_room, 0u);
   }
+}
+
+// Leaves without their geometry are as small as the room for nodes over them allows, where subsets
+// are split with care.
+void CareMakesSmallerLeaves() {
+  Random random(8);
+  constexpr size_t kTriangles = 50000;
+  const Mesh mesh = unit::MakeSoup(random, kTriangles, 1, 0.02f);
+  size_t leaves[2], bytes[2];
+  for (const Rays rays : {Rays::kFew, Rays::kExpected}) {
+    Kept kept({mesh}, 8 * kTriangles);
+    ASSERT_GT(kept.partition.leaf_lanes(), kLeafLanes);
+    kept.rays = rays;
+    Walker walker(kept);
+    walker.Walk(true);
+    leaves[rays == Rays::kExpected] = walker.leaves;
+    bytes[rays == Rays::kExpected] = kept.partition.BytesUsed();
+  }
+  EXPECT_GT(leaves[1], leaves[0] + leaves[0] / 8);
+  EXPECT_GT(bytes[1], 7 * kTriangles);
 }
 
 // Where leaves take all that they may, a whole partition still has its nodes.
@@ -295,6 +322,7 @@ HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ScalesOfAllKinds);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, InvalidTrianglesAreLeftOut);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheNamesOfThoseLeftOutAreKept);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, TheBudgetIsNeverExceeded);
+HWY_EXPORT_AND_TEST_P(KeptPartitionTest, CareMakesSmallerLeaves);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, LeavesLeaveRoomForNodes);
 HWY_EXPORT_AND_TEST_P(KeptPartitionTest, ItemsOfTwoLanes);
 
