@@ -1,7 +1,6 @@
 #include "geometry/triangle_refs.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace dacrt {
 
@@ -18,13 +17,11 @@ bool BoundTriangle(const GeometryTable& geometries, uint32_t geometry, uint32_t 
   }
   Corners corners;
   if (!geometries.ReadCorners(geometry, primitive, corners)) return false;
+  for (const auto& corner : corners.v) {
+    if (!IsUsable(corner)) return false;
+  }
   for (int axis = 0; axis < 3; ++axis) {
     const float a = corners.v[0][axis], b = corners.v[1][axis], c = corners.v[2][axis];
-    // Negated, so that a coordinate which is not a number fails as well.
-    if (!(std::abs(a) <= kLargestCoordinate && std::abs(b) <= kLargestCoordinate &&
-          std::abs(c) <= kLargestCoordinate)) {
-      return false;
-    }
     ref.lower[axis] = std::min(std::min(a, b), c);
     ref.upper[axis] = std::max(std::max(a, b), c);
   }

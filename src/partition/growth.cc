@@ -131,7 +131,6 @@ KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacit
       leaf_room_(other.leaf_room_.load()),
       leaf_lanes_(other.leaf_lanes_),
       tried_leaf_lanes_(other.tried_leaf_lanes_),
-      node_room_(other.node_room_),
       splits_with_care_(other.splits_with_care_),
       subset_count_(other.subset_count_.load()),
       lost_bytes_(other.lost_bytes_.load()) {

@@ -73,13 +73,21 @@ KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget
   subsets_[0].parent = Subset::kNowhere;
 }
 
-/// For a partition of so many lanes. A little room stays free for nodes over subsets.
+/// Where there are no leaves beside them. A little room stays free for nodes over subsets.
+std::size_t KeptPartition::NodesToShare() const {
+  const std::size_t nodes = room_units_ / kUnitsANode;
+  return nodes - nodes / 32;
+}
+
+std::size_t KeptPartition::NodeShareOf(const Subset& subset) const {
+  return std::max<std::size_t>(NodesToShare() * subset.count / triangles_.size(), 1);
+}
+
+/// For a partition of so many lanes.
 void KeptPartition::TrySmallerLeaves(std::size_t lanes) {
   tried_leaf_lanes_ = leaf_lanes_;
   if (leaf_units_ > 0) return;
-  node_room_ = room_units_ / kUnitsANode;
-  node_room_ -= node_room_ / 32;
-  const double full_leaves = kFullLeavesANode * static_cast<double>(node_room_);
+  const double full_leaves = kFullLeavesANode * static_cast<double>(NodesToShare());
   const auto least = static_cast<std::size_t>(static_cast<double>(lanes) / full_leaves) + 1;
   tried_leaf_lanes_ = std::min(std::max(least, kLeastTriedLanes), leaf_lanes_);
 }

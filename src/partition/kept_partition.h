@@ -259,14 +259,13 @@ class KeptPartition {
   std::size_t leaf_lanes() const { return leaf_lanes_; }
 
   /// Lanes of leaves with which a subset is split with care, where none is to carry its geometry,
-  /// as long as it has no more than its share of the nodes that there is room for: larger leaves
-  /// are for the worst scenes, and the smaller they are, the less is gathered. Single rays of
-  /// COMPACT scenes were 1.08 to 1.11 times as fast in a hall, 1.14 to 1.35 in Sponza, 1.34 to 1.46
-  /// in Sibenik, of 75,000 triangles; calls of 64K rays 1.03 to 1.05, 1.08 to 1.16, 1.13 to 1.22.
+  /// as long as it has no more nodes than NodeShareOf it: larger leaves are for the worst scenes,
+  /// and the smaller they are, the less is gathered. Single rays of COMPACT scenes were 1.08
+  /// to 1.11 times as fast in a hall, 1.14 to 1.35 in Sponza, 1.34 to 1.46 in Sibenik, of 75,000
+  /// triangles; calls of 64K rays 1.03 to 1.05, 1.08 to 1.16, 1.13 to 1.22.
   std::size_t tried_leaf_lanes() const { return tried_leaf_lanes_; }
-  std::size_t NodeShareOf(const Subset& subset) const {
-    return std::max<std::size_t>(node_room_ * subset.count / triangles_.size(), 1);
-  }
+  /// Of the nodes that subsets have room for, as many as a subset has triangles of all; at least 1.
+  std::size_t NodeShareOf(const Subset& subset) const;
 
   /// Says that many rays will come: subsets are split as SplitRule::kCare says
   /// (split_subset-inl.h). Nobody may trace meanwhile.
@@ -348,6 +347,7 @@ class KeptPartition {
   std::size_t LeafUnitsBeside(std::size_t nodes) const;
   void GiveToLeaves(std::size_t units);
   void TrySmallerLeaves(std::size_t lanes);
+  std::size_t NodesToShare() const;
   std::size_t NodesUsed() const { return taken_ >> 32; }  ///< slots
 
   /// A budget has so little to spare beside nodes and leaves.
@@ -378,7 +378,6 @@ class KeptPartition {
   std::atomic<bool> leaf_room_{false};       ///< none since one found none, until there is more
   std::size_t leaf_lanes_ = kLeafLanes;
   std::size_t tried_leaf_lanes_ = kLeafLanes;
-  std::size_t node_room_ = 0;  ///< nodes that subsets may share
   bool splits_with_care_ = false;
   std::atomic<std::size_t> subset_count_{0};
   std::atomic<std::size_t> lost_bytes_{0};
