@@ -19,8 +19,8 @@
 #include "leaf/callback_packet.h"
 #include "leaf/take_hit.h"
 #include "rays/load_records-inl.h"
+#include "trace/filter_answers.h"
 #include "trace/group_packets-inl.h"
-#include "trace/learnt.h"
 #include "trace/trace_one-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,7 +31,7 @@ namespace HWY_NAMESPACE {
 template <Query kQuery>
 HWY_INLINE void ChooseWhenToAsk(TraceTask& task) {
   if (kQuery == Query::kAny || HWY_LIKELY(!task.scene.closest_filters_may_wait)) return;
-  task.filter_answers = &LearntAbout(task.scene.kept.get()).filter_answers;
+  task.filter_answers = &FilterAnswers::Of(task.scene.kept->edition());
   task.asks_filters_last = task.filter_answers->AcceptMost();
 }
 

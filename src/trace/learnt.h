@@ -5,7 +5,6 @@
 
 #include "dacrt/settings.h"
 #include "trace/child_order.h"
-#include "trace/filter_answers.h"
 #include "trace/learnt_way.h"
 #include "trace/walk_choice.h"
 
@@ -37,7 +36,6 @@ struct Learnt {
   LearntOrder order_of_groups{8, 2048};         ///< costs are visits
   LearntOrder order_of_packets{32, 8192};       ///< the same
   LearntOrder order_of_rays{1 << 15, 1 << 22};  ///< of those in lists; costs are ticks
-  FilterAnswers filter_answers;                 ///< of closest hits
   OfQuery of_closest, of_any;
 
   OfQuery& Of(Query query) { return query == Query::kAny ? of_any : of_closest; }

@@ -49,7 +49,8 @@ class LoneTracer : LoneRay<kQuery> {
     // Packets that callbacks see may be of more than one lane.
     const bool calls_back_alone = !scene_.has_callbacks || call_.options.callback_width == 1;
     if (HWY_UNLIKELY(!scene_.kept || !calls_back_alone)) return TraceAsTask();
-    if (call_.checks_masks || scene_.geometries.shapes().has_filters(kQuery)) return TraceAsking();
+    const bool has_filters = scene_.geometries.shapes().has_filters(kQuery);
+    if (has_filters || call_.checks_masks) return has_filters ? TraceAsking() : TraceMasked();
     Trace<Asks::kNobody>();
   }
   HWY_NOINLINE void TraceApart() { Trace(); }
@@ -81,11 +82,11 @@ class LoneTracer : LoneRay<kQuery> {
     LoneTracer& tracer;
   };
 
-  HWY_NOINLINE void TraceAsking() {
-    if (!scene_.geometries.shapes().has_filters(kQuery)) return Trace<Asks::kMasks>();
+  HWY_NOINLINE void TraceMasked() { Trace<Asks::kMasks>(); }
+  HWY_INLINE void TraceAsking() {
     if constexpr (kQuery == Query::kClosest) {
       if (scene_.closest_filters_may_wait && !call_.in_instance) {
-        call_.filter_answers = &LearntAbout(scene_.kept.get()).filter_answers;
+        call_.filter_answers = &FilterAnswers::Of(scene_.kept->edition());
         if (call_.filter_answers->AcceptMost()) return TraceAskingLast();
       }
     }

@@ -337,5 +337,14 @@ TEST(FilterAnswersTest, MostAreAcceptedUntilAThirtiethIsRejected) {
   EXPECT_FALSE(answers.AcceptMost());
 }
 
+TEST(FilterAnswersTest, AreThoseOfOneScene) {
+  FilterAnswers::Of(8).Count(64, 64);
+  EXPECT_TRUE(FilterAnswers::Of(8).AcceptMost());
+  EXPECT_FALSE(FilterAnswers::Of(9).AcceptMost());
+  EXPECT_TRUE(FilterAnswers::Of(8).AcceptMost()) << "while another scene is traced";
+  EXPECT_FALSE(FilterAnswers::Of(4000).AcceptMost()) << "in the same place";
+  EXPECT_FALSE(FilterAnswers::Of(8).AcceptMost()) << "forgotten for that";
+}
+
 }  // namespace
 }  // namespace dacrt
