@@ -21,6 +21,7 @@ enum class Query {
 /// the processor has, and that is not above the limit.
 enum class InstructionSet {
   kScalar,  ///< portable code, no vector instructions
+  kNeon,    ///< of 64-bit ARM processors
   kSse4,
   kAvx2,
   kAvx512,

@@ -13,6 +13,7 @@ struct Target {
 // Worst first. Highway's portable code is one of two, by compiler; both are called scalar here.
 constexpr Target kTargets[] = {
     {InstructionSet::kScalar, HWY_SCALAR | HWY_EMU128},
+    {InstructionSet::kNeon, HWY_NEON},
     {InstructionSet::kSse4, HWY_SSE4},
     {InstructionSet::kAvx2, HWY_AVX2},
     {InstructionSet::kAvx512, HWY_AVX3 | HWY_AVX3_DL},

@@ -42,9 +42,9 @@ struct ChoiceName {
 };
 
 constexpr ChoiceName<InstructionSet> kInstructionSets[] = {
-    {"scalar", InstructionSet::kScalar}, {"sse4", InstructionSet::kSse4},
-    {"avx2", InstructionSet::kAvx2},     {"avx512", InstructionSet::kAvx512},
-    {"best", InstructionSet::kBest},
+    {"scalar", InstructionSet::kScalar}, {"neon", InstructionSet::kNeon},
+    {"sse4", InstructionSet::kSse4},     {"avx2", InstructionSet::kAvx2},
+    {"avx512", InstructionSet::kAvx512}, {"best", InstructionSet::kBest},
 };
 
 constexpr ChoiceName<Algorithm> kAlgorithms[] = {

@@ -151,8 +151,8 @@ TEST(SettingsTest, SwitchesTakeZeroAndOne) {
 }
 
 TEST(SettingsTest, NamesGoBothWays) {
-  for (const auto value : {InstructionSet::kScalar, InstructionSet::kSse4, InstructionSet::kAvx2,
-                           InstructionSet::kAvx512, InstructionSet::kBest}) {
+  for (const auto value : {InstructionSet::kScalar, InstructionSet::kNeon, InstructionSet::kSse4,
+                           InstructionSet::kAvx2, InstructionSet::kAvx512, InstructionSet::kBest}) {
     Settings settings;
     SetByName(settings, "instruction_set", Name(value));
     EXPECT_EQ(settings.instruction_set, value);

@@ -289,7 +289,9 @@ void CountFullMasks(void* data, const CallbackArguments& arguments) {
   const auto* const masks = static_cast<const uint32_t*>(arguments.packet) +
                             static_cast<std::size_t>(PacketComponent::kMask) * arguments.width;
   auto& count = *static_cast<std::size_t*>(data);
-  for (uint32_t lane = 0; lane < arguments.width; ++lane) count += masks[lane] == UINT32_MAX;
+  for (uint32_t lane = 0; lane < arguments.width; ++lane) {
+    count += arguments.valid[lane] != 0 && masks[lane] == UINT32_MAX;
+  }
 }
 
 // What stands in the place of the masks is nobody's then.
