@@ -169,10 +169,13 @@ class AddressSpaceLimit {
     }
     limit.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + bytes;
     is_set_ = pages > 0 && setrlimit(RLIMIT_AS, &limit) == 0;
+    // An emulator may take no notice.
+    void* const beyond = mmap(nullptr, 2 * bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (beyond == MAP_FAILED) return;
+    munmap(beyond, 2 * bytes);
+    is_set_ = false;
   }
-  ~AddressSpaceLimit() {
-    if (is_set_) setrlimit(RLIMIT_AS, &before_);
-  }
+  ~AddressSpaceLimit() { setrlimit(RLIMIT_AS, &before_); }
   AddressSpaceLimit(const AddressSpaceLimit&) = delete;
   AddressSpaceLimit& operator=(const AddressSpaceLimit&) = delete;
   bool is_set() const { return is_set_; }
