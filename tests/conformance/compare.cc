@@ -50,11 +50,12 @@ constexpr Boxes kBoxesOfDropIn{};
 /// Judges hits and misses of one ray. What all triangles must answer is found once.
 class Judge {
  public:
-  Judge(const Reference& reference, Query query, const RTCRayHit& before)
+  /// Of answers that are no farther than `limit`.
+  Judge(const Reference& reference, Query query, const RTCRayHit& before, double limit)
       : reference_(reference),
         query_(query),
         before_(before),
-        must_hits_(reference.MustHits(before.ray)) {}
+        must_hits_(reference.MustHits(before.ray, limit)) {}
 
   Judgement Of(const Answer& answer, const Boxes& boxes) const {
     if (!answer.is_legal) return {"changed what no hit changes"};
@@ -128,6 +129,11 @@ class Judge {
   std::vector<ReferenceHit> must_hits_;
 };
 
+/// How far a ray has seen for such an answer.
+double SeenBy(Query query, const RTCRayHit& before, const Answer& answer) {
+  return query == Query::kClosest && answer.is_hit ? answer.record.ray.tfar : before.ray.tfar;
+}
+
 /// The same triangle, and values within the tolerance: t relative to itself, u and v to 1, the
 /// normal to the lengths of the edges whose cross product it is.
 bool IsRounding(const RTCRayHit& real, const RTCRayHit& drop_in, const Corners& corners) {
@@ -189,7 +195,9 @@ Comparison Comparer::Compare(Query query, const RTCRayHit& before, const RTCRayH
       return {Relation::kRounding, Side::kBoth, {}};
   }
 
-  const Judge judge(reference_, query, before);
+  const Judge judge(
+      reference_, query, before,
+      std::fmax(SeenBy(query, before, real_answer), SeenBy(query, before, drop_in_answer)));
   const Judgement of_drop_in = judge.Of(drop_in_answer, kBoxesOfDropIn);
   if (!of_drop_in.fault.empty()) return Unexplained("the drop-in " + of_drop_in.fault);
   const Judgement of_real = judge.Of(real_answer, {.may_lose_hits = true, .company = company});
@@ -229,8 +237,9 @@ std::optional<std::string> Comparer::FindFault(Query query, const RTCRayHit& bef
     if (SameBits(before, after)) return std::nullopt;
     return "changed an inactive ray";
   }
-  const Judge judge(reference_, query, before);
-  std::string fault = judge.Of(Read(query, before, after), kBoxesOfDropIn).fault;
+  const Answer answer = Read(query, before, after);
+  const Judge judge(reference_, query, before, SeenBy(query, before, answer));
+  std::string fault = judge.Of(answer, kBoxesOfDropIn).fault;
   if (fault.empty()) return std::nullopt;
   return fault;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace dacrt::tests {
 namespace {
@@ -295,26 +296,37 @@ Reference::Reference(const TestScene& scene) {
   std::stable_sort(placed.begin(), placed.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
 
+  std::vector<Sphere> spheres;
   for (const auto& [place, item] : placed) {
     geometries_[item.geometry_id][item.primitive_id] = static_cast<uint32_t>(items_.size());
     items_.push_back(item);
     const Double3 v0(item.corners.v0), v1(item.corners.v1), v2(item.corners.v2);
     const Double3 center = (1.0 / 3) * (v0 + v1 + v2);
-    spheres_.push_back(
+    spheres.push_back(
         {center, std::max({Length(v0 - center), Length(v1 - center), Length(v2 - center)})});
   }
-  for (std::size_t first = 0; first < spheres_.size(); first += kGroup) {
-    const std::size_t end = std::min(first + kGroup, spheres_.size());
-    Sphere group{{}, 0};
-    for (std::size_t i = first; i < end; ++i) {
-      group.center = group.center + (1.0 / static_cast<double>(end - first)) * spheres_[i].center;
+  levels_.push_back(std::move(spheres));
+  while (levels_.back().size() > 1) {
+    const std::vector<Sphere>& below = levels_.back();
+    std::vector<Sphere> level;
+    for (std::size_t first = 0; first < below.size(); first += kGroup) {
+      level.push_back(Around(below, first, std::min(first + kGroup, below.size())));
     }
-    for (std::size_t i = first; i < end; ++i) {
-      group.radius =
-          std::max(group.radius, Length(spheres_[i].center - group.center) + spheres_[i].radius);
-    }
-    group_spheres_.push_back(group);
+    levels_.push_back(std::move(level));
   }
+}
+
+Reference::Sphere Reference::Around(const std::vector<Sphere>& below, std::size_t first,
+                                    std::size_t end) {
+  Sphere around{{}, 0};
+  for (std::size_t i = first; i < end; ++i) {
+    around.center = around.center + (1.0 / static_cast<double>(end - first)) * below[i].center;
+  }
+  for (std::size_t i = first; i < end; ++i) {
+    around.radius =
+        std::max(around.radius, Length(below[i].center - around.center) + below[i].radius);
+  }
+  return around;
 }
 
 const Corners* Reference::Find(uint32_t geometry_id, uint32_t primitive_id,
@@ -326,37 +338,54 @@ const Corners* Reference::Find(uint32_t geometry_id, uint32_t primitive_id,
   return &items_[item].corners;
 }
 
-bool Reference::IsNear(const RTCRay& ray, const Sphere& sphere, double scale) {
+Reference::Line::Line(const RTCRay& ray, double limit)
+    : origin{ray.org_x, ray.org_y, ray.org_z}, direction{ray.dir_x, ray.dir_y, ray.dir_z} {
+  const double length = Length(direction);
+  direction = (1 / length) * direction;
+  near = length * ray.tnear;
+  far = length * std::min<double>(ray.tfar, limit);
+}
+
+bool Reference::IsNear(const Line& line, const Sphere& sphere, double scale) {
   // Double rounding is far below this share of the lengths involved.
-  constexpr double kSlack = 1e-9;
-  const Double3 direction{ray.dir_x, ray.dir_y, ray.dir_z};
-  const Double3 to_center = sphere.center - Double3{ray.org_x, ray.org_y, ray.org_z};
-  const Double3 offset = Cross(to_center, direction);
+  constexpr double kSlack = 1e-13;
+  const Double3 to_center = sphere.center - line.origin;
+  const Double3 offset = Cross(to_center, line.direction);
   const double radius = scale * sphere.radius;
   const double limit = radius * radius + kSlack * (Dot(to_center, to_center) + radius * radius);
-  return Dot(offset, offset) <= limit * Dot(direction, direction);
+  // What is no number, as where a ray has no direction, is near.
+  if (Dot(offset, offset) > limit) return false;
+  const double along = Dot(to_center, line.direction), reach = std::sqrt(limit);
+  return !(along + reach < line.near) && !(along - reach > line.far);
 }
 
 template <typename Visit>
-void Reference::ForEachNear(const RTCRay& ray, double scale, const Visit& visit) const {
-  for (std::size_t group = 0; group < group_spheres_.size(); ++group) {
-    if (!IsNear(ray, group_spheres_[group], scale)) continue;
-    const std::size_t end = std::min((group + 1) * kGroup, items_.size());
-    for (std::size_t i = group * kGroup; i < end; ++i) {
-      if (!IsNear(ray, spheres_[i], scale)) continue;
-      const Item& item = items_[i];
-      if ((item.mask & ray.mask) == 0) continue;
-      const TriangleAnswer answer = TestTriangle(ray, item.corners);
-      if (!answer.MayHit()) continue;
-      visit(ReferenceHit{item.geometry_id, item.primitive_id, item.corners, answer});
-    }
+void Reference::ForEachNear(const RTCRay& ray, double limit, double scale,
+                            const Visit& visit) const {
+  if (items_.empty()) return;
+  ForEachNearIn(levels_.size() - 1, 0, Line(ray, limit), scale, [&](const Item& item) {
+    if ((item.mask & ray.mask) == 0) return;
+    const TriangleAnswer answer = TestTriangle(ray, item.corners);
+    if (!answer.MayHit()) return;
+    visit(ReferenceHit{item.geometry_id, item.primitive_id, item.corners, answer});
+  });
+}
+
+template <typename Visit>
+void Reference::ForEachNearIn(std::size_t level, std::size_t index, const Line& line, double scale,
+                              const Visit& visit) const {
+  if (!IsNear(line, levels_[level][index], scale)) return;
+  if (level == 0) return visit(items_[index]);
+  const std::size_t end = std::min((index + 1) * kGroup, levels_[level - 1].size());
+  for (std::size_t below = index * kGroup; below < end; ++below) {
+    ForEachNearIn(level - 1, below, line, scale, visit);
   }
 }
 
-std::vector<ReferenceHit> Reference::MustHits(const RTCRay& ray) const {
-  // What is hit for certain is hit by exact arithmetic, so the line passes through its sphere.
+std::vector<ReferenceHit> Reference::MustHits(const RTCRay& ray, double limit) const {
+  // What is hit for certain is hit by exact arithmetic, so the ray passes through its sphere.
   std::vector<ReferenceHit> hits;
-  ForEachNear(ray, 1, [&](const ReferenceHit& hit) {
+  ForEachNear(ray, limit, 1, [&](const ReferenceHit& hit) {
     if (hit.answer.MustHit()) hits.push_back(hit);
   });
   return hits;
@@ -365,7 +394,7 @@ std::vector<ReferenceHit> Reference::MustHits(const RTCRay& ray) const {
 std::optional<ReferenceHit> Reference::MayHit(const RTCRay& ray) const {
   std::optional<ReferenceHit> found;
   // Most are near; long thin triangles may be hit far beside them.
-  ForEachNear(ray, 2, [&](const ReferenceHit& hit) {
+  ForEachNear(ray, kInfinity, 2, [&](const ReferenceHit& hit) {
     if (!found || (hit.answer.is_hit && !found->answer.is_hit)) found = hit;
   });
   if (found) return found;

@@ -90,8 +90,9 @@ class Reference {
   /// A triangle that a ray with this mask can hit; null for ids that do not name one.
   const Corners* Find(uint32_t geometry_id, uint32_t primitive_id, uint32_t ray_mask) const;
 
-  /// Every triangle that any correct single-precision computation hits.
-  std::vector<ReferenceHit> MustHits(const RTCRay& ray) const;
+  /// Every triangle that any correct single-precision computation hits; those farther than `limit`
+  /// may be left out.
+  std::vector<ReferenceHit> MustHits(const RTCRay& ray, double limit) const;
 
   /// A triangle that some correct single-precision computation hits; if there are several, rather
   /// one that exact arithmetic hits. Slow if there is none.
@@ -112,19 +113,36 @@ class Reference {
     double radius;
   };
 
-  static bool IsNear(const RTCRay& ray, const Sphere& sphere, double scale);
+  /// What of a ray a sphere may have a part in, in the units of the scene.
+  struct Line {
+    Line(const RTCRay& ray, double limit);
+
+    Double3 origin, direction;  ///< of length 1
+    double near, far;
+  };
+
+  static bool IsNear(const Line& line, const Sphere& sphere, double scale);
+
+  /// The smallest known sphere about those of `below` from `first` to before `end`.
+  static Sphere Around(const std::vector<Sphere>& below, std::size_t first, std::size_t end);
 
   /// Calls `visit(hit)` for the triangles that may be hit among those whose bounding spheres,
-  /// enlarged by `scale`, the ray's line meets.
+  /// enlarged by `scale`, the ray meets before `limit`.
   template <typename Visit>
-  void ForEachNear(const RTCRay& ray, double scale, const Visit& visit) const;
+  void ForEachNear(const RTCRay& ray, double limit, double scale, const Visit& visit) const;
 
-  /// The triangles that rays can hit, neighbours in space near each other, and a sphere about each
-  /// triangle and about each group of kGroup.
-  static constexpr std::size_t kGroup = 32;
+  /// The same for those in sphere number `index` of a level.
+  template <typename Visit>
+  void ForEachNearIn(std::size_t level, std::size_t index, const Line& line, double scale,
+                     const Visit& visit) const;
+
+  /// The triangles that rays can hit, neighbours in space near each other.
   std::vector<Item> items_;
-  std::vector<Sphere> spheres_;
-  std::vector<Sphere> group_spheres_;
+
+  /// Spheres about each triangle, and then, level by level, about kGroup spheres of the level
+  /// below, until one holds all.
+  static constexpr std::size_t kGroup = 8;
+  std::vector<std::vector<Sphere>> levels_;
 
   /// For each geometry, which item a triangle became; kNoItem if rays cannot hit it.
   static constexpr uint32_t kNoItem = UINT32_MAX;
