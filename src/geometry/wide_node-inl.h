@@ -15,6 +15,7 @@
 #include <limits>
 
 #include "geometry/box.h"
+#include "geometry/four_by_four-inl.h"
 #include "geometry/ray_box-inl.h"
 #include "geometry/wide_node.h"
 
@@ -156,41 +157,16 @@ struct ChildPlanes {
 };
 
 /// The boxes of a node's children, axis by axis.
-struct ChildBoxes {
+struct ChildFaces {
   HWY_ALIGN float lower[3][WideNode::kWidth];
   HWY_ALIGN float upper[3][WideNode::kWidth];
 
-  template <class Corners>
-  void Set(size_t i, const Corners& box) {
-    for (int axis = 0; axis < 3; ++axis) {
-      lower[axis][i] = box.lower[axis];
-      upper[axis][i] = box.upper[axis];
-    }
-  }
-
-  /// Makes points of those of the first `count` boxes that are empty.
-  void FillEmpty(size_t count) {
-    const auto is_empty = [&](size_t i) { return !(lower[0][i] <= upper[0][i]); };
-    size_t full = 0;
-    while (full < count && is_empty(full)) ++full;
-    for (size_t i = 0; i < count; ++i) {
-      if (HWY_LIKELY(!is_empty(i))) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        lower[axis][i] = upper[axis][i] = full < count ? lower[axis][full] : 0;
-      }
-    }
-  }
-
-  /// Sets the volumes of `node`, which is exact or not, to ones that hold `count` boxes, widened.
-  /// Unused children get volumes that are inside out.
+  /// Sets the volumes of `node`, which is exact or not, to ones that hold the first `count`,
+  /// widened; the others are as the first. Unused children get volumes that are inside out.
   void Encode(size_t count, WideNode& node) {
     DACRT_ASSERT(count >= 1 && count <= WideNode::kWidth);
     node.count = static_cast<uint8_t>(count);
     for (int axis = 0; axis < 3; ++axis) {
-      for (size_t i = count; i < WideNode::kWidth; ++i) {
-        lower[axis][i] = lower[axis][0];
-        upper[axis][i] = upper[axis][0];
-      }
       Extremes all = WidenAxis(axis);
       if (node.is_exact) {
         StoreAxis(axis, all, node);
@@ -230,7 +206,7 @@ struct ChildBoxes {
   void EncodeAxis(int axis, const Extremes& all, WideNode& node) const;
 };
 
-inline ChildBoxes::Extremes ChildBoxes::WidenAxis(int axis) {
+inline ChildFaces::Extremes ChildFaces::WidenAxis(int axis) {
   Extremes all = {lower[axis][0], upper[axis][0]};
   for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
     const auto low = WidenDown(hn::Load(kEightTag, lower[axis] + i));
@@ -243,7 +219,7 @@ inline ChildBoxes::Extremes ChildBoxes::WidenAxis(int axis) {
   return all;
 }
 
-inline void ChildBoxes::StoreAxis(int axis, const Extremes& all, WideNode& node) const {
+inline void ChildFaces::StoreAxis(int axis, const Extremes& all, WideNode& node) const {
   float* const low_faces = node.ExactFaces() + axis * WideNode::kWidth;
   float* const high_faces = low_faces + 3 * WideNode::kWidth;
   for (size_t i = 0; i < WideNode::kWidth; i += kPartLanes) {
@@ -256,7 +232,7 @@ inline void ChildBoxes::StoreAxis(int axis, const Extremes& all, WideNode& node)
   }
 }
 
-inline void ChildBoxes::EncodeAxis(int axis, const Extremes& all, WideNode& node) const {
+inline void ChildFaces::EncodeAxis(int axis, const Extremes& all, WideNode& node) const {
   const hn::RebindToSigned<EightTag> di;
   const hn::Rebind<uint8_t, EightTag> d8;
   const float* const low_faces = lower[axis];
@@ -300,6 +276,78 @@ inline void ChildBoxes::EncodeAxis(int axis, const Extremes& all, WideNode& node
     node.upper[axis][i] = 0;
   }
 }
+
+/// The same box by box. What is written as vectors is read as vectors: a value that was written
+/// alone has to reach memory before a vector with it can be read.
+class ChildBoxes {
+ public:
+  /// Behind the three values of each corner there is a fourth, which counts for nothing.
+  template <class Corners>
+  HWY_INLINE void Set(size_t i, const Corners& box) {
+    Corner::LoadUnaligned(box.lower).Store(lower_[i]);
+    Corner::LoadUnaligned(box.upper).Store(upper_[i]);
+  }
+
+  /// Makes points of those of the first `count` boxes that are empty.
+  void FillEmpty(size_t count) {
+    const auto is_empty = [&](size_t i) { return !(lower_[i][0] <= upper_[i][0]); };
+    size_t full = 0;
+    while (full < count && is_empty(full)) ++full;
+    for (size_t i = 0; i < count; ++i) {
+      if (HWY_LIKELY(!is_empty(i))) continue;
+      const Corner point = full < count ? Corner::Load(lower_[full]) : Corner::Set(0);
+      point.Store(lower_[i]);
+      point.Store(upper_[i]);
+    }
+  }
+
+  /// See ChildFaces.
+  void Encode(size_t count, WideNode& node) {
+    for (size_t i = count; i < WideNode::kWidth; ++i) {
+      Corner::Load(lower_[0]).Store(lower_[i]);
+      Corner::Load(upper_[0]).Store(upper_[i]);
+    }
+    ChildFaces faces;
+    Transpose(lower_, faces.lower);
+    Transpose(upper_, faces.upper);
+    faces.Encode(count, node);
+  }
+
+ private:
+  using Rows = float[WideNode::kWidth][4];
+
+  static HWY_INLINE void Transpose(const Rows& rows, float (&faces)[3][WideNode::kWidth]) {
+#if HWY_TARGET == HWY_SCALAR
+    for (size_t i = 0; i < WideNode::kWidth; ++i) {
+      for (int axis = 0; axis < 3; ++axis) faces[axis][i] = rows[i][axis];
+    }
+#else
+    for (size_t first = 0; first < WideNode::kWidth; first += kPartLanes) {
+      FourByFour<EightTag> corners;
+      for (size_t i = 0; i < 4; ++i) corners.v[i] = LoadCorners(kEightTag, rows + first + i);
+      corners.Transpose();
+      for (int axis = 0; axis < 3; ++axis) {
+        hn::Store(corners.v[axis], kEightTag, faces[axis] + first);
+      }
+    }
+#endif
+  }
+
+#if HWY_TARGET != HWY_SCALAR
+  /// One, and, where there is room for two, the fourth behind it.
+  template <class Tag>
+  static HWY_INLINE hn::Vec<Tag> LoadCorners(Tag d, const float (*rows)[4]) {
+    if constexpr (hn::MaxLanes(Tag()) == 8) {
+      return hn::Combine(d, hn::Load(kCornerTag, rows[4]), hn::Load(kCornerTag, rows[0]));
+    } else {
+      return hn::Load(kCornerTag, rows[0]);
+    }
+  }
+#endif
+
+  HWY_ALIGN Rows lower_;
+  HWY_ALIGN Rows upper_;
+};
 
 /// The same for boxes that stand anywhere.
 inline void EncodeChildren(const Box* const* boxes, size_t count, WideNode& node) {

@@ -51,7 +51,7 @@ inline std::optional<NodeRun> KeepNodes(KeptPartition& kept, std::span<const Exa
     } else {
       node = nodes[i];
       node.is_exact = false;
-      ChildBoxes().Encode(nodes[i], node);
+      ChildFaces().Encode(nodes[i], node);
     }
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = nodes[i].Child(k);

@@ -216,7 +216,7 @@ inline Box BoundUnsplit(const KeptPartition& kept, Subset& subset) {
 inline Box RefitSplit(KeptPartition& kept, Subset& subset, const RefitPlan& plan) {
   const uint32_t before = subset.root, root = Subset::NodeOf(before);
   const NodeRun nodes{root, subset.node_slots};
-  SubsetRefit refit(kept, subset, nodes, plan);
+  SubsetRefit refit(kept, subset, plan);
   const Box bounds = refit.Refit(root);
   subset.geometry_bits = refit.geometry_bits();
   const bool has_decayed =

@@ -27,8 +27,7 @@ namespace HWY_NAMESPACE {
 
 class SubsetRefit {
  public:
-  SubsetRefit(KeptPartition& kept, const Subset& subset, const NodeRun& nodes,
-              const RefitPlan& plan)
+  SubsetRefit(KeptPartition& kept, const Subset& subset, const RefitPlan& plan)
       : kept_(kept),
         plan_(plan),
         geometries_(kept.geometries()),
@@ -37,12 +36,12 @@ class SubsetRefit {
         first_(subset.begin) {
     DACRT_ASSERT(subset.count <= SubsetScratch::kTriangles);
     ReadIndices();
-    kept.ForEachNode(nodes, [&](const WideNode& node) { FetchCopies(node); });
   }
 
   /// New volumes and copies for what stands below a node. Returns its bounds.
   Box Refit(uint32_t number) {
     WideNode& node = kept_.node(number);
+    FetchCopies(node);
     ChildBoxes boxes;
     CornerBounds all;
     for (size_t k = 0; k < node.count; ++k) {
@@ -85,12 +84,14 @@ class SubsetRefit {
     }
   }
 
+  /// Of the children of one node: those of a subset are more than the first cache holds.
   void FetchCopies(const WideNode& node) const {
+    constexpr size_t kLine = 64, kLines = 5;  // up to 23 vertices
     for (size_t k = 0; k < node.count; ++k) {
       const ChildWord child = node.Child(k);
       if (!child.IsBlock()) continue;
       const std::byte* const block = kept_.leaf(child.block());
-      for (size_t i = 0; i < 3; ++i) hwy::Prefetch(block + 64 * i);
+      for (size_t i = 0; i < kLines; ++i) hwy::Prefetch(block + kLine * i);
     }
   }
 

@@ -93,7 +93,7 @@ void ExpectExact(const Family& family, const WideNode& other, const std::string&
     }
   }
   WideNode compressed{};
-  ChildBoxes().Encode(node, compressed);
+  ChildFaces().Encode(node, compressed);
   ASSERT_EQ(memcmp(&compressed, &other, sizeof(compressed)), 0) << what;
 }
 
