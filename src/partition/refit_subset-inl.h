@@ -151,7 +151,7 @@ class SubsetRefit {
 
   /// Copies the vertices of a leaf of still triangles of one geometry. False, and what is in the
   /// block is scrap, if it is another one, or if it has one vertex for corners whose indices
-  /// differ: they were in one place, and may have come apart.
+  /// differ, which were in one place and have come apart.
   HWY_INLINE bool RenewCopy(LeafBlock& block, const uint32_t (*index)[3], CornerBounds& bounds) {
     if (!block.IsPlain() || block.second != 0 || block.geometry == LeafBlock::kSeveral)
       return false;
@@ -168,7 +168,9 @@ class SubsetRefit {
         differ |= vertex[place_of[k * kLeafLanes + lane]] ^ index[lane][k];
       }
     }
-    if (HWY_UNLIKELY(differ != 0)) return false;
+    if (HWY_UNLIKELY(differ != 0) && !AreTogether(mesh, lanes, place_of, vertex, index)) {
+      return false;
+    }
     float* const x = block.vertex_data();
     const bool is_by_lane = places == LeafBlock::kByLane;
     for (size_t place = 0; place < places; ++place) {
@@ -183,6 +185,25 @@ class SubsetRefit {
       x[2 * places + place] = from[2];
     }
     if (HWY_UNLIKELY(block.is_prepared)) PrepareFacets(block, block.prepared());
+    return true;
+  }
+
+  /// Whether the corners of some triangles are where the vertices are that they have in a copy.
+  static HWY_NOINLINE bool AreTogether(const TriangleMesh& mesh, size_t lanes,
+                                       const uint8_t* place_of, const uint32_t* vertex,
+                                       const uint32_t (*index)[3]) {
+    const auto* const vertices = static_cast<const char*>(mesh.vertices);
+    for (size_t lane = 0; lane < lanes; ++lane) {
+      for (size_t k = 0; k < 3; ++k) {
+        const size_t own = index[lane][k], in_copy = vertex[place_of[k * kLeafLanes + lane]];
+        if (own == in_copy) continue;
+        if (HWY_MAX(own, in_copy) >= mesh.vertex_count ||
+            memcmp(vertices + own * mesh.vertex_stride, vertices + in_copy * mesh.vertex_stride,
+                   3 * sizeof(float)) != 0) {
+          return false;
+        }
+      }
+    }
     return true;
   }
 
