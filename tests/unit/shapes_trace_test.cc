@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "dacrt/ray.h"
 #include "runtime/tasks.h"
 #include "shape_scenes.h"
 
@@ -365,6 +366,19 @@ TEST(ShapesTest, FilterFunctionsAreOfferedEachPairOnce) {
   }
 }
 
+/// Whether a ray is blocked that comes in a call of its own.
+bool IsBlockedAlone(const Scene& scene, const TimedRay& ray) {
+  RayHit alone;
+  std::copy_n(std::begin(ray.org), 3, alone.ray.org);
+  std::copy_n(std::begin(ray.dir), 3, alone.ray.dir);
+  alone.ray.tnear = ray.tnear;
+  alone.ray.tfar = ray.tfar;
+  alone.ray.time = ray.time;
+  alone.ray.mask = ray.mask;
+  scene.Trace(Query::kAny, RayPacket{.values = &alone, .lanes = 1}, {1, nullptr});
+  return alone.ray.tfar < 0;
+}
+
 // What a ray meets behind, or beside, what blocks it is no question any more.
 TEST(ShapesTest, AFilterFunctionIsNotAskedAboutRaysThatAreBlocked) {
   Random random(81);
@@ -383,10 +397,16 @@ TEST(ShapesTest, AFilterFunctionIsNotAskedAboutRaysThatAreBlocked) {
             is_triangles ? TriangleView(model, 0) : PointView(points, Shape::kSpheres, 0);
         std::size_t asked = 0;
         geometry.any_filter = {unit::CountAsked, &asked};
-        const auto traced = Trace(*MakeScene({geometry}, budget, robust), rays, Query::kAny);
+        const auto scene = MakeScene({geometry}, budget, robust);
+        const auto traced = Trace(*scene, rays, Query::kAny);
         const auto blocked = std::count_if(traced.begin(), traced.end(),
                                            [](const Ray& ray) { return ray.tfar < 0; });
         EXPECT_GT(blocked, 300);
+        EXPECT_EQ(asked, static_cast<std::size_t>(blocked));
+        asked = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          ASSERT_EQ(IsBlockedAlone(*scene, rays[i]), traced[i].tfar < 0) << "ray " << i;
+        }
         EXPECT_EQ(asked, static_cast<std::size_t>(blocked));
       }
     }
