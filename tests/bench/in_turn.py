@@ -1,4 +1,4 @@
-"""Whole programs on Embree and on dacrt, in turn: what tests/bench/cycles and tutorials share."""
+"""Whole programs on Embree and on dacrt, in turn: what tests/bench/cycles, tutorials and verify share."""
 
 import argparse
 import json
@@ -28,19 +28,25 @@ def need(files, packages):
             sys.exit(77)
 
 
-def figure(command, pattern, drop_in, processors=None):
-    """What the program says behind `pattern`, a number. On dacrt if `drop_in` is its folder."""
+def run(command, drop_in, processors=None):
+    """What the program writes. On dacrt if `drop_in` is its folder."""
     environment = dict(os.environ)
     if drop_in:
         environment.update(LD_LIBRARY_PATH=drop_in, LD_DEBUG="libs")  # the loader says what it takes
-    run = subprocess.run(
+    done = subprocess.run(
         command, env=environment, capture_output=True, text=True,
         preexec_fn=(lambda: os.sched_setaffinity(0, processors)) if processors else None)
-    if drop_in and "calling init: %s/libembree3.so.3" % drop_in not in run.stderr:
+    if drop_in and "calling init: %s/libembree3.so.3" % drop_in not in done.stderr:
         sys.exit("%s has no drop-in that %s takes" % (drop_in, command[0]))
-    found = re.search("^" + pattern + r" ([\d.]+)", run.stdout, re.M)
+    return done.stdout
+
+
+def figure(command, pattern, drop_in, processors=None):
+    """The number that the program writes behind `pattern`."""
+    output = run(command, drop_in, processors)
+    found = re.search(r"^\s*" + pattern + r" *([\d.]+)", output, re.M)
     if not found:
-        sys.exit("%s on %s drew nothing:\n%s" % (" ".join(command), drop_in or "Embree", run.stdout[-2000:]))
+        sys.exit("%s on %s says nothing:\n%s" % (" ".join(command), drop_in or "Embree", output[-2000:]))
     return float(found[1])
 
 

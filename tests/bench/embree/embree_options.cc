@@ -60,7 +60,7 @@ std::optional<EmbreeOptions> ParseEmbreeOptions(int argc, char** argv) {
   if (!matrix.is_full) {
     // Less than ten minutes.
     options.effort.rounds_seconds = 0.3;
-    options.effort.warm_seconds = 0.5;
+    options.effort.warm_seconds = 0.35;
     options.effort.slices_seconds = 0.1;
     options.effort.sliced_side = 256;
   }
