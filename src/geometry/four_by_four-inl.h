@@ -19,6 +19,21 @@ template <class Tag>
 struct FourByFour {
   hn::Vec<Tag> v[4];
 
+  /// Of four values each at `row(i)`: the first four rows, and beside them the next four.
+  template <class Row>
+  static HWY_INLINE FourByFour Load(const Row& row) {
+    FourByFour rows;
+    for (size_t i = 0; i < 4; ++i) {
+      if constexpr (hn::MaxLanes(Tag()) == 8) {
+        rows.v[i] =
+            hn::Combine(Tag(), hn::LoadU(kCornerTag, row(i + 4)), hn::LoadU(kCornerTag, row(i)));
+      } else {
+        rows.v[i] = hn::LoadU(kCornerTag, row(i));
+      }
+    }
+    return rows;
+  }
+
   HWY_INLINE void Transpose() {
     const Tag d;
     const auto xy01 = hn::InterleaveLower(d, v[0], v[1]), xy23 = hn::InterleaveLower(d, v[2], v[3]);

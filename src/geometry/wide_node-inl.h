@@ -323,8 +323,7 @@ class ChildBoxes {
     }
 #else
     for (size_t first = 0; first < WideNode::kWidth; first += kPartLanes) {
-      FourByFour<EightTag> corners;
-      for (size_t i = 0; i < 4; ++i) corners.v[i] = LoadCorners(kEightTag, rows + first + i);
+      auto corners = FourByFour<EightTag>::Load([&](size_t i) { return rows[first + i]; });
       corners.Transpose();
       for (int axis = 0; axis < 3; ++axis) {
         hn::Store(corners.v[axis], kEightTag, faces[axis] + first);
@@ -332,18 +331,6 @@ class ChildBoxes {
     }
 #endif
   }
-
-#if HWY_TARGET != HWY_SCALAR
-  /// One, and, where there is room for two, the fourth behind it.
-  template <class Tag>
-  static HWY_INLINE hn::Vec<Tag> LoadCorners(Tag d, const float (*rows)[4]) {
-    if constexpr (hn::MaxLanes(Tag()) == 8) {
-      return hn::Combine(d, hn::Load(kCornerTag, rows[4]), hn::Load(kCornerTag, rows[0]));
-    } else {
-      return hn::Load(kCornerTag, rows[0]);
-    }
-  }
-#endif
 
   HWY_ALIGN Rows lower_;
   HWY_ALIGN Rows upper_;

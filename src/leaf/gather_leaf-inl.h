@@ -19,16 +19,6 @@ namespace dacrt {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR
-/// A vertex in each four lanes: the first one, and the fourth behind it if there are eight.
-template <class Tag>
-HWY_INLINE hn::Vec<Tag> LoadVertices(Tag d, const float* const* vertices) {
-  if constexpr (hn::MaxLanes(Tag()) == 8) {
-    return hn::Combine(d, hn::LoadU(kCornerTag, vertices[4]), hn::LoadU(kCornerTag, vertices[0]));
-  } else {
-    return hn::LoadU(kCornerTag, vertices[0]);
-  }
-}
-
 /// Where the vertices of some triangles stand, by corner and lane, each with one more float behind
 /// it that may be read.
 struct VertexPlaces {
@@ -54,8 +44,7 @@ HWY_INLINE void GatherVertices(const VertexPlaces& places, float* out) {
     for (size_t part = 0; part < kParts; ++part) {
       const size_t first = part * kPartLanes;
       const float* const* const vertices = places.corner[corner] + first;
-      FourByFour<EightTag> rows;
-      for (size_t i = 0; i < 4; ++i) rows.v[i] = LoadVertices(kEightTag, vertices + i);
+      auto rows = FourByFour<EightTag>::Load([&](size_t i) { return vertices[i]; });
       rows.Transpose();
       for (size_t axis = 0; axis < 3; ++axis) {
         hn::StoreU(rows.v[axis], kEightTag,

@@ -254,10 +254,8 @@ struct GroupLanes {
     for (size_t i = 0; i < 4; ++i) records[i] = layout.Record(first + i);
     const auto load = [&](PacketComponent component, float* x, float* y, float* z,
                           float* w) HWY_ATTR {
-      FourByFour<CornerTag> rows;
-      for (int i = 0; i < 4; ++i) {
-        rows.v[i] = hn::LoadU(kCornerTag, records[i] + static_cast<size_t>(component));
-      }
+      auto rows = FourByFour<CornerTag>::Load(
+          [&](size_t i) { return records[i] + static_cast<size_t>(component); });
       rows.Transpose();
       hn::Store(rows.v[0], kCornerTag, x + lane);
       hn::Store(rows.v[1], kCornerTag, y + lane);

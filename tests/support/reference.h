@@ -123,7 +123,7 @@ class Reference {
 
   static bool IsNear(const Line& line, const Sphere& sphere, double scale);
 
-  /// The smallest known sphere about those of `below` from `first` to before `end`.
+  /// A sphere about those of `below` from `first` to before `end`.
   static Sphere Around(const std::vector<Sphere>& below, std::size_t first, std::size_t end);
 
   /// Calls `visit(hit)` for the triangles that may be hit among those whose bounding spheres,
