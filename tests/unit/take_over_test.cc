@@ -85,6 +85,27 @@ TEST(TakeOverTest, AsManyOthersThatAreLeftOutAreNotTheSame) {
   film.Check(2000);
 }
 
+// Threads share a large mesh.
+TEST(TakeOverTest, EveryPartOfALargeMeshIsLookedAt) {
+  Film film(MakeSheets(1, 220));
+  std::vector<Float3>& vertices = film.meshes[0].vertices;
+  film.Check(2000);
+  for (const std::size_t vertex : {std::size_t{100}, vertices.size() / 2, vertices.size() - 1}) {
+    const Float3 before = vertices[vertex];
+    vertices[vertex][1] = kNaN;
+    ++film.revisions[0];
+    EXPECT_FALSE(film.Advance()) << vertex;
+    film.Check(2000);
+    vertices[vertex] = before;
+    ++film.revisions[0];
+    EXPECT_FALSE(film.Advance()) << "there are more again";
+    film.Check(2000);
+    Wave(film, static_cast<float>(vertex));
+    EXPECT_TRUE(film.Advance());
+    film.Check(2000);
+  }
+}
+
 TEST(TakeOverTest, NothingIsTakenOverFromAnotherDevice) {
   const Mesh mesh = MakeSheets(1, 40)[0];
   const std::vector<Geometry> geometries = {GeometryOf(mesh)};
