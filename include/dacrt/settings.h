@@ -59,7 +59,8 @@ enum class Algorithm {
 /// Settings::budget: 32 bytes a triangle in whole pages, which hold the whole partition of most
 /// scenes, with a copy of the triangles in its leaves; in scenes of less than 250,000 triangles 64
 /// bytes, which hold that of any scene, 48 more for each of the first 16,384, and 64 KiB, but not
-/// more than 8,000,000; of up to 4,096 triangles 192 and 64 KiB, for all that their test wants.
+/// more than 8,000,000; of up to 4,096 triangles 192, and 16 to 64 KiB, for all that their test
+/// wants, or, where a device has many such scenes, 72 and 3.5 KiB for each of the later ones.
 /// Quads and cells of grids count as two triangles; those with up to nine time steps half as often
 /// again for each one beyond the first; user primitives as three and instances as four.
 inline constexpr uint64_t kDefaultBudget = UINT64_MAX - 1;

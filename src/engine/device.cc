@@ -20,7 +20,8 @@ bool Device::Implementation::Keeps() const {
   return settings.algorithm == Algorithm::kNabata2013 && settings.budget > 0;
 }
 
-std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries, Keep keep) const {
+std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries, Keep keep,
+                                                bool prepares) const {
   // What a partition takes without limit: triangles that share no vertices take 41 bytes in leaves,
   // prepared ones 113 and more where leaves are not full, and a sixth of a scene's nodes can be
   // nearly empty.
@@ -32,15 +33,22 @@ std::size_t Device::Implementation::BudgetBytes(const GeometryTable& geometries,
   // Memory comes in pages: a partition has no more of them than its share pays for.
   constexpr std::size_t kPage = 4096;
   const std::size_t triangles = geometries.shares();
-  const bool is_prepared = triangles <= policy::kPreparedScene;
+  const bool is_small = triangles <= policy::kPreparedScene;
+  const bool is_prepared = is_small && prepares;
   // What the few may have more stays where a scene grows beyond them.
   const std::size_t few = std::min(triangles, policy::kRepeatingScene);
   std::size_t bytes = kLeast;
-  bytes += is_prepared ? kPrepared * triangles
-                       : kUnlimited * triangles + (policy::kRepeatingBytes - kUnlimited) * few;
+  if (is_prepared) {
+    bytes = std::min(kLeast, 16 * 1024 + 64 * triangles) + kPrepared * triangles;
+  } else if (is_small) {
+    // There may be thousands of these: one of no more than a few triangles takes a page.
+    bytes = 7 * kPage / 8 + (8 + kUnlimited) * triangles;
+  } else {
+    bytes += kUnlimited * triangles + (policy::kRepeatingBytes - kUnlimited) * few;
+  }
   if (settings.budget == kDefaultBudget) {
     const std::size_t share = kDefault * triangles / kPage * kPage;
-    if (!is_prepared) bytes = std::max(share, std::min(bytes, kModest));
+    if (!is_small) bytes = std::max(share, std::min(bytes, kModest));
   } else if (settings.budget != kUnlimitedBudget) {
     bytes = std::min<std::size_t>(settings.budget, bytes);
   }

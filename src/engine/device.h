@@ -19,9 +19,10 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
  public:
   Implementation(const Settings& settings, MemoryMonitor monitor);
 
-  /// Whether scenes keep their partitions, and in how many bytes.
+  /// Whether scenes keep their partitions, and in how many bytes, with leaves that are prepared if
+  /// the scene is small, or without.
   bool Keeps() const;
-  std::size_t BudgetBytes(const GeometryTable& geometries, Keep keep) const;
+  std::size_t BudgetBytes(const GeometryTable& geometries, Keep keep, bool prepares) const;
 
   /// What splitting a scene of that many triangles takes besides the workspaces.
   std::size_t GridBytes(std::size_t triangles) const;

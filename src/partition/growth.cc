@@ -13,11 +13,6 @@ using namespace partition_room;
 
 namespace {
 
-/// Subsets that some triangles come to be.
-std::size_t SubsetsOf(std::size_t triangles) {
-  return triangles > SubsetScratch::kTriangles ? SubsetsFor(triangles) : 1;
-}
-
 /// Nodes that splitting them takes at most, and one over the subset and another one.
 std::size_t NodesOf(std::size_t lanes, std::size_t leaf_lanes = kLeafLanes) {
   return NodesFor(lanes, leaf_lanes) - NodesFor(0) + 2;
@@ -47,7 +42,7 @@ bool KeptPartition::CanGrow(const GeometryTable& now, std::size_t bytes) const {
   // Small scenes have more for each triangle.
   if (bytes < memory_.bytes()) return false;
   if (CapacityFor(now, bytes).bytes / kLeafUnit > ChildWord::kMostBlock) return false;
-  if (subset_count_ + SubsetsOf(added) > SubsetsFor(triangles)) return false;
+  if (subset_count_ + SubsetsFor(added) > SubsetsFor(triangles)) return false;
   const uint64_t taken = taken_;
   const std::size_t used = (taken >> 32) * kUnitsANode + (taken & UINT32_MAX);
   const std::size_t lanes = LanesOf(now, static_cast<uint32_t>(geometries_->size()));

@@ -9,12 +9,16 @@
 #include "geometry/wide_node.h"
 #include "leaf/leaf_block.h"
 #include "partition/kept_partition.h"
+#include "runtime/scratch.h"
 
 namespace dacrt::partition_room {
 
-/// Subsets of a scene. A subset that is split by a grid becomes ones of several hundred triangles;
-/// where they should not suffice, subsets stay larger.
-constexpr std::size_t SubsetsFor(std::size_t triangles) { return 64 + triangles / 256; }
+/// Subsets of a scene. One that is small is split in one go, and does not grow (see growth.h). A
+/// subset that is split by a grid becomes ones of several hundred triangles; where they should not
+/// suffice, subsets stay larger.
+constexpr std::size_t SubsetsFor(std::size_t triangles) {
+  return triangles <= SubsetScratch::kTriangles ? 1 : 64 + triangles / 256;
+}
 
 /// Nodes that stay free for splitting when leaves want room: what complete partitions were measured
 /// to take at most, of triangles that overlap. Quads and cells of grids fill two lanes of a leaf.

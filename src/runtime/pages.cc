@@ -3,34 +3,66 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <atomic>
 #include <new>
 #include <utility>
 
+#include "runtime/shared_pages.h"
+
 namespace dacrt {
+namespace {
+
+/// Small ones that stand alone, and how many of them suffice: programs with no more have no use for
+/// a large page.
+std::atomic<std::size_t> few{0};
+constexpr std::size_t kFew = 16;
+
+std::byte* Map(std::size_t bytes) {
+  void* memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  // Large pages make the first touch, and every later one, cheaper. Without them all still works.
+  madvise(memory, bytes, MADV_HUGEPAGE);
+  return static_cast<std::byte*>(memory);
+}
+
+}  // namespace
 
 Pages::Pages(std::size_t bytes, const MemoryAccount* account, std::size_t span)
     : span_(std::max(bytes, span)), claim_(bytes, account) {
   if (span_ == 0) return;
-  void* memory = mmap(nullptr, span_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) throw std::bad_alloc();
-  // Large pages make the first touch, and every later one, cheaper. Without them all still works.
-  madvise(memory, span_, MADV_HUGEPAGE);
-  data_ = static_cast<std::byte*>(memory);
+  // What may not be touched is not for large pages.
+  const bool is_small = span_ == bytes && bytes <= SharedPages::kMostBytes;
+  if (is_small && few >= kFew) data_ = SharedPages::Get().Take(bytes);
+  if (data_) {
+    place_ = Place::kShared;
+    return;
+  }
+  data_ = Map(span_);
+  if (!is_small) return;
+  place_ = Place::kOneOfFew;
+  ++few;
 }
 
 // The pages go before the account hears of it.
 Pages::~Pages() {
-  if (data_) munmap(data_, span_);
+  if (place_ == Place::kShared) {
+    SharedPages::Get().Return(data_, span_);
+  } else if (data_) {
+    munmap(data_, span_);
+    if (place_ == Place::kOneOfFew) --few;
+  }
 }
 
 Pages::Pages(Pages&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)),
       span_(std::exchange(other.span_, 0)),
+      place_(std::exchange(other.place_, Place::kAlone)),
       claim_(std::move(other.claim_)) {}
 
 Pages& Pages::operator=(Pages&& other) noexcept {
   std::swap(data_, other.data_);
   std::swap(span_, other.span_);
+  std::swap(place_, other.place_);
   claim_ = std::move(other.claim_);
   return *this;
 }

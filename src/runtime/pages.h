@@ -8,7 +8,8 @@
 
 namespace dacrt {
 
-/// Pages of zeros, which take memory only once they are touched and all go back at the end.
+/// Pages of zeros, which take memory only once they are touched and all go back at the end. Small
+/// ones, where there are many, are in large pages (shared_pages.h), which take it as a whole.
 class Pages {
  public:
   Pages() = default;
@@ -28,8 +29,12 @@ class Pages {
   void Extend(MemoryClaim&& more) { claim_.Join(std::move(more)); }
 
  private:
+  /// Alone, as one of a few small ones, or in large pages.
+  enum class Place : unsigned char { kAlone, kOneOfFew, kShared };
+
   std::byte* data_ = nullptr;
   std::size_t span_ = 0;
+  Place place_ = Place::kAlone;
   MemoryClaim claim_;
 };
 

@@ -55,7 +55,7 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
   } else if (Engine().Keeps()) {
     const Keep keep = options.keep;
     parts.kept = std::make_unique<KeptPartition>(
-        parts.geometries, Engine().BudgetBytes(parts.geometries, keep),
+        parts.geometries, Engine().BudgetBytes(parts.geometries, keep, prepared_.has_room()),
         Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory);
     if (options.splits_with_care) parts.kept->SplitWithCare();
     parts.bounds = parts.kept->bounds();
@@ -63,7 +63,8 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
   } else {
     CountTriangles();
   }
-  parts.prepares_leaves = prepared_.has_room();
+  // What is taken over keeps the room that it was made with.
+  parts.prepares_leaves = prepared_.has_room() && (!refit_plan_ || previous->parts.prepares_leaves);
   const Shapes& shapes = parts.geometries.shapes();
   parts.has_callbacks = shapes.has_callbacks();
   parts.is_small = parts.triangle_count <= policy::kSmallScene;

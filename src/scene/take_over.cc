@@ -33,8 +33,9 @@ bool Scene::Implementation::PlanRefit(const Implementation& previous, const Scen
       !BeginsWithSameItems(previous.parts.geometries, geometries)) {
     return false;
   }
-  const std::size_t bytes = KeptPartition::BytesFor(geometries.triangle_count(),
-                                                    Engine().BudgetBytes(geometries, options.keep));
+  const std::size_t budget =
+      Engine().BudgetBytes(geometries, options.keep, previous.parts.prepares_leaves);
+  const std::size_t bytes = KeptPartition::BytesFor(geometries.triangle_count(), budget);
   const bool grows = geometries.size() > previous.parts.geometries.size();
   if (grows ? !kept->CanGrow(geometries, bytes) : kept->BytesReserved() != bytes) return false;
   RefitPlan plan{ChangedGeometries(previous.parts.geometries, geometries), options.always_refit};

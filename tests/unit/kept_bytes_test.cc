@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "leaf/leaf_block.h"
 #include "shape_scenes.h"
+#include "trace/policy.h"
 
 namespace dacrt::unit {
 namespace {
@@ -142,6 +145,67 @@ TEST(KeptBytesTest, TheDefaultBudgetHoldsAllOfSmallMeshes) {
   EXPECT_EQ(used(kDefaultBudget), used(kUnlimitedBudget));
   EXPECT_GT(used(kDefaultBudget), 32 * kTriangles);
   EXPECT_LE(used(32 * kTriangles), 32 * kTriangles);
+}
+
+// Whatever its shape, and however many of them there are.
+TEST(KeptBytesTest, TheDefaultBudgetHoldsAllOfSmallScenes) {
+  constexpr std::size_t kTriangles = 4000;
+  Random random(3);
+  const Model large = MakeTriangles(random, kTriangles);
+  for (const bool are_many : {false, true}) {
+    const auto device = std::make_shared<Device>(Settings{.threads = 1});
+    // These take the room that there is for prepared leaves.
+    std::vector<std::unique_ptr<Scene>> others;
+    while (are_many && others.size() * kTriangles <= policy::kPreparedTogether) {
+      others.push_back(std::make_unique<Scene>(device, std::vector{TriangleView(large, 0)}));
+    }
+    const auto check = [&](const Geometry& geometry, const std::vector<TimedRay>& rays,
+                           const std::string& what) {
+      for (const bool with_care : {false, true}) {
+        const Scene scene(device, std::vector{geometry},
+                          SceneOptions{.splits_with_care = with_care});
+        TraceInShortCalls(scene, rays);
+        TraceInShortCalls(scene, rays);
+        EXPECT_LE(scene.KeptBytesUsed() + kMostLeafBytes, scene.KeptBytes())
+            << what << (are_many ? " of many" : "");
+      }
+    };
+    for (const std::size_t side : {1u, 2u, 4u, 11u, 30u}) {
+      for (const Shape shape : {Shape::kTriangles, Shape::kQuads, Shape::kGrids}) {
+        for (const std::size_t steps : {1u, 2u, 9u}) {
+          Model sheet;
+          const Geometry geometry = MakeSheet(shape, side, steps, sheet);
+          std::vector<TimedRay> rays = RaysDown(4 * side, 0.25f);
+          check(geometry, rays,
+                std::to_string(side) + ": " + std::to_string(static_cast<int>(shape)) + " x " +
+                    std::to_string(steps));
+        }
+      }
+    }
+    for (const std::size_t triangles : {1u, 9u, 36u, 300u, 1000u}) {
+      Random chance(4);
+      const Model soup = MakeTriangles(chance, triangles);
+      std::vector<TimedRay> rays(3000);
+      for (TimedRay& ray : rays) {
+        ray.org = chance.InCube(-3, 3);
+        ray.dir = chance.InCube(-1, 1);
+      }
+      check(TriangleView(soup, 0), rays, std::to_string(triangles) + " that overlap");
+    }
+  }
+}
+
+// Most of what a few may take would lie idle in each of many.
+TEST(KeptBytesTest, SmallScenesOfManyTakeLittle) {
+  const auto device = std::make_shared<Device>(Settings{.threads = 1});
+  Random random(5);
+  const Model model = MakeTriangles(random, 300);
+  std::vector<std::unique_ptr<Scene>> scenes;
+  while (scenes.size() < 50) {
+    scenes.push_back(std::make_unique<Scene>(device, std::vector{TriangleView(model, 0)}));
+  }
+  EXPECT_GT(scenes.front()->KeptBytes(), 192u * 300);
+  EXPECT_LT(scenes.back()->KeptBytes(), 90u * 300);
 }
 
 }  // namespace

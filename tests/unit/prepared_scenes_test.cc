@@ -52,5 +52,44 @@ TEST(PreparedScenesTest, ManySmallScenesHaveSmallLeaves) {
   EXPECT_EQ(bytes_of(*make()), prepared);
 }
 
+// Whether there is room for prepared leaves changes with what other scenes come and go.
+TEST(PreparedScenesTest, AScenesPartitionDoesNotDependOnOthersLater) {
+  const auto device = std::make_shared<Device>(Settings{.threads = 1});
+  Random random(9);
+  const Model small = MakeTriangles(random, 500), large = MakeTriangles(random, 4000);
+  const auto rays = MakeRays(random, 2000);
+  const auto fill = [&] {
+    std::vector<std::unique_ptr<Scene>> others;
+    while (others.size() < 3) {
+      others.push_back(std::make_unique<Scene>(device, std::vector{TriangleView(large, 0)}));
+    }
+    return others;
+  };
+  const std::vector geometries{TriangleView(small, 0)};
+  const auto follow = [&](Scene& scene) {
+    auto next = std::make_unique<Scene>(device, geometries, SceneOptions(), scene);
+    EXPECT_TRUE(next->takes_over());
+    next->TakeOver(scene);
+    return next;
+  };
+  auto others = fill();
+  auto of_many = std::make_unique<Scene>(device, geometries);
+  const auto all_of_many = std::make_unique<Scene>(device, geometries);
+  const auto answers = Trace(*all_of_many, rays);
+  const std::size_t used = all_of_many->KeptBytesUsed();
+  Trace(*of_many, {rays.begin(), rays.begin() + 10});
+  others.clear();
+  of_many = follow(*of_many);
+  ExpectSameRays(Trace(*of_many, rays), answers, "with room for others");
+  EXPECT_LT(of_many->KeptBytesUsed(), 1.1 * static_cast<double>(used))
+      << "it has no memory for prepared leaves";
+  auto of_few = std::make_unique<Scene>(device, geometries);
+  Trace(*of_few, rays);
+  EXPECT_GT(of_few->KeptBytesUsed(), 2 * used);
+  others = fill();
+  of_few = follow(*of_few);
+  ExpectSameRays(Trace(*of_few, rays), answers, "without room");
+}
+
 }  // namespace
 }  // namespace dacrt::unit

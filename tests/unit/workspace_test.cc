@@ -1,7 +1,6 @@
 #include "runtime/workspace.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstring>
@@ -9,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "address_space_limit.h"
 #include "unit_test.h"
 
 namespace dacrt {
@@ -156,30 +156,6 @@ TEST(WorkspaceTest, GrowsAndDoesNotShrink) {
   EXPECT_EQ(workspace.refs().size(), 10u);
 }
 
-/// Lets the process map no more than `bytes` beyond what it has now.
-class AddressSpaceLimit {
- public:
-  explicit AddressSpaceLimit(std::size_t bytes) {
-    getrlimit(RLIMIT_AS, &before_);
-    rlimit limit = before_;
-    std::size_t pages = 0;
-    if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
-      if (std::fscanf(file, "%zu", &pages) != 1) pages = 0;
-      std::fclose(file);
-    }
-    limit.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + bytes;
-    is_set_ = !DACRT_TEST_EMULATED && pages > 0 && setrlimit(RLIMIT_AS, &limit) == 0;
-  }
-  ~AddressSpaceLimit() { setrlimit(RLIMIT_AS, &before_); }
-  AddressSpaceLimit(const AddressSpaceLimit&) = delete;
-  AddressSpaceLimit& operator=(const AddressSpaceLimit&) = delete;
-  bool is_set() const { return is_set_; }
-
- private:
-  rlimit before_{};
-  bool is_set_ = false;
-};
-
 constexpr std::size_t kMegabyte = std::size_t{1} << 20;
 
 TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
@@ -187,7 +163,7 @@ TEST(WorkspaceTest, WithoutMemoryItThrowsAndCanBeUsedAgain) {
   Workspace workspace;
   workspace.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
   {
-    const AddressSpaceLimit limit(64 * kMegabyte);
+    const unit::AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
     EXPECT_THROW(workspace.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)),
                  std::bad_alloc);
@@ -256,7 +232,7 @@ TEST(WorkspacePoolTest, CountsAFailedLoanAsNothing) {
   {
     WorkspacePool::Loan loan(pool);
     loan.Reserve(WorkspaceShape::ForPaper(10, 100, false, settings));
-    const AddressSpaceLimit limit(64 * kMegabyte);
+    const unit::AddressSpaceLimit limit(64 * kMegabyte);
     if (!limit.is_set()) GTEST_SKIP() << "the address space can not be limited here";
     EXPECT_THROW(loan.Reserve(WorkspaceShape::ForPaper(10, 50000000, false, settings)),
                  std::bad_alloc);
