@@ -9,6 +9,7 @@
 #include "engine/call_plan.h"
 #include "engine/kernels.h"
 #include "engine/prepared_scenes.h"
+#include "runtime/spare_pages.h"
 #include "runtime/tasks.h"
 #include "runtime/workspace.h"
 
@@ -58,6 +59,7 @@ class __attribute__((visibility("hidden"))) Device::Implementation {
   InstructionSet instruction_set;
   const Kernels kernels;
   MemoryAccount memory;
+  SparePages spare_pages;  ///< of partitions that have gone
   WorkspacePool workspaces;
   TaskPool tasks;
   PreparedScenes prepared_scenes;

@@ -113,6 +113,7 @@ void KeptPartition::AddSubset(const GeometryTable& now, const ListedTriangles& l
 KeptPartition::KeptPartition(const KeptPartition& other, const Capacity& capacity)
     : geometries_(other.geometries_),
       account_(other.account_),
+      spare_(other.spare_),
       bounds_(other.bounds_),
       centers_(other.centers_),
       memory_(other.memory_.bytes(), account_, capacity.bytes),

@@ -37,15 +37,17 @@ std::size_t KeptPartition::BytesFor(std::size_t triangles, std::size_t budget) {
 }
 
 KeptPartition::KeptPartition(const GeometryTable& geometries, std::size_t budget,
-                             const FirstLook& look, TaskPool& tasks, const MemoryAccount* account)
+                             const FirstLook& look, TaskPool& tasks, const MemoryAccount* account,
+                             SparePages* spare)
     : geometries_(&geometries),
       account_(account),
+      spare_(spare),
       most_triangles_(geometries.triangle_count()),
       made_triangles_(most_triangles_),
       made_geometries_(geometries.size()) {
   const std::size_t most = most_triangles_;
   const std::size_t bytes = BytesFor(most, budget);
-  memory_ = Pages(bytes, account);
+  memory_ = spare ? spare->Take(bytes, account) : Pages(bytes, account);
   std::byte* next = memory_.data();
   triangles_ = {reinterpret_cast<uint32_t*>(next), most};
   next += OrderBytes(most);

@@ -28,6 +28,7 @@
 #include "runtime/assert.h"
 #include "runtime/memory_account.h"
 #include "runtime/pages.h"
+#include "runtime/spare_pages.h"
 #include "runtime/tasks.h"
 
 namespace dacrt {
@@ -79,12 +80,18 @@ struct Subset {
   std::atomic<uint64_t>
       rented;  ///< nodes that are to be given back, a NodeRun; 0 if there are none
 
-  /// Of triangles that nobody has split.
+  /// Of triangles that nobody has split. Where it stands stays as it is.
   void SetUnsplit(uint32_t first, uint32_t triangles, float surface) {
     begin = first;
     count = triangles;
+    rays = 0;
+    inside = 0;
+    node_slots = 0;
+    has_its_nodes = false;
     made_surface = surface;
+    decay_base = 0;
     geometry_bits = 0;
+    rented = 0;
     root = kUnsplit;
   }
 
@@ -149,9 +156,14 @@ class KeptPartition {
   /// For `geometries`, whose triangles are listed on the threads of `tasks`, in at most `budget`
   /// bytes; a budget that does not hold the triangles and a byte more for each counts as one that
   /// just does. `account`, if there is one, hears of them, and of the memory
-  /// that splitting takes; it must outlive the partition. Throws std::bad_alloc.
+  /// that splitting takes; its memory comes from `spare`, if there is one, and goes back there.
+  /// Both must outlive the partition. Throws std::bad_alloc.
   KeptPartition(const GeometryTable& geometries, std::size_t budget, const FirstLook& look,
-                TaskPool& tasks, const MemoryAccount* account = nullptr);
+                TaskPool& tasks, const MemoryAccount* account = nullptr,
+                SparePages* spare = nullptr);
+  ~KeptPartition() {
+    if (spare_) spare_->Keep(std::move(memory_));
+  }
 
   /// A number that it has only as long as its leaves are what they are, and no other partition has
   /// (until 2^32 are used up); never 0.
@@ -355,6 +367,7 @@ class KeptPartition {
 
   const GeometryTable* geometries_;
   const MemoryAccount* const account_;
+  SparePages* const spare_;
   Box bounds_ = Box::Empty();
   Box centers_ = Box::Empty();
   Pages memory_;

@@ -27,12 +27,12 @@ std::byte* Map(std::size_t bytes) {
 
 }  // namespace
 
-Pages::Pages(std::size_t bytes, const MemoryAccount* account, std::size_t span)
-    : span_(std::max(bytes, span)), claim_(bytes, account) {
+Pages::Pages(MemoryClaim&& claim, std::size_t span)
+    : span_(std::max(claim.bytes(), span)), claim_(std::move(claim)) {
   if (span_ == 0) return;
   // What may not be touched is not for large pages.
-  const bool is_small = span_ == bytes && bytes <= SharedPages::kMostBytes;
-  if (is_small && few >= kFew) data_ = SharedPages::Get().Take(bytes);
+  const bool is_small = span_ == bytes() && span_ <= SharedPages::kMostBytes;
+  if (is_small && few >= kFew) data_ = SharedPages::Get().Take(span_);
   if (data_) {
     place_ = Place::kShared;
     return;

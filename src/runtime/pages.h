@@ -16,7 +16,10 @@ class Pages {
   /// `account`, if there is one, hears of them before and afterwards, and must outlive them. Of the
   /// `span` bytes of addresses, if that is more, no more than `bytes` may be touched.
   /// Throws std::bad_alloc.
-  explicit Pages(std::size_t bytes, const MemoryAccount* account = nullptr, std::size_t span = 0);
+  explicit Pages(std::size_t bytes, const MemoryAccount* account = nullptr, std::size_t span = 0)
+      : Pages(MemoryClaim(bytes, account), span) {}
+  /// The same where the account has heard of them.
+  explicit Pages(MemoryClaim&& claim, std::size_t span = 0);
   ~Pages();
   Pages(Pages&& other) noexcept;
   Pages& operator=(Pages&& other) noexcept;
@@ -25,6 +28,8 @@ class Pages {
   std::size_t bytes() const { return claim_.bytes(); }
   std::size_t span() const { return span_; }
 
+  /// From now on no more than this may be touched, which is not more than there are addresses.
+  void SetClaim(MemoryClaim&& claim) { claim_ = std::move(claim); }
   /// From now on so much more of the addresses may be touched.
   void Extend(MemoryClaim&& more) { claim_.Join(std::move(more)); }
 

@@ -56,7 +56,8 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
     const Keep keep = options.keep;
     parts.kept = std::make_unique<KeptPartition>(
         parts.geometries, Engine().BudgetBytes(parts.geometries, keep, prepared_.has_room()),
-        Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory);
+        Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory,
+        &Engine().spare_pages);
     if (options.splits_with_care) parts.kept->SplitWithCare();
     parts.bounds = parts.kept->bounds();
     parts.triangle_count = parts.kept->triangle_count();

@@ -148,6 +148,7 @@ void Scene::Implementation::ReserveWorkspaces(CallPlan& plan,
     } catch (const std::bad_alloc&) {
       workspaces.clear();
       pool.ReleaseSpare();
+      Engine().spare_pages.Clear();
       if (!plan.Shrink()) throw;
     }
   }

@@ -40,13 +40,13 @@ constexpr Rays kAllRays[] = {Rays::kFew, Rays::kMany, Rays::kMore, Rays::kExpect
 /// A partition with all that it needs.
 class Kept {
  public:
-  /// `account` as for KeptPartition.
+  /// `account` and `spare` as for KeptPartition.
   Kept(std::vector<Mesh> meshes, size_t budget, const MemoryAccount* account = nullptr,
-       size_t threads = 1)
+       size_t threads = 1, SparePages* spare = nullptr)
       : meshes_(std::move(meshes)),
         table_(unit::Views(meshes_)),
         tasks_(threads),
-        partition(table_, budget, kFirstLook, tasks_, account),
+        partition(table_, budget, kFirstLook, tasks_, account, spare),
         scratch(std::make_unique<SubsetScratch>()) {}
 
   /// Of geometries of every shape, whose memory is the caller's.

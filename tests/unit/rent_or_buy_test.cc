@@ -159,6 +159,37 @@ void LeavesKeepTheirCopies() {
   EXPECT_EQ(kept_copies, 99u);
 }
 
+// Memory that another partition had is as good as new.
+void WhatMemoryHeldBeforeDoesNotMatter() {
+  Random random(71);
+  const unit::Mesh mesh = unit::MakeSoup(random, 9000, 1, 0.1f);
+  for (const Rays rays : kAllRays) {
+    SparePages spare;
+    Pages junk = spare.Take(kPlenty, nullptr);
+    const std::byte* const place = junk.data();
+    std::memset(junk.data(), 0xFF, junk.bytes());
+    spare.Keep(std::move(junk));
+    Kept used({mesh}, kPlenty, nullptr, 1, &spare), fresh({mesh}, kPlenty);
+    ASSERT_EQ(used.partition.view().leaves, place);
+    used.rays = fresh.rays = rays;
+    Walker(used).Walk(true);
+    Walker(fresh).Walk(true);
+    ASSERT_EQ(used.partition.subset_count(), fresh.partition.subset_count());
+    ASSERT_EQ(used.partition.BytesUsed(), fresh.partition.BytesUsed());
+    for (uint32_t i = 0; i < fresh.partition.subset_count(); ++i) {
+      const Subset &one = used.partition.subset(i), &other = fresh.partition.subset(i);
+      ASSERT_EQ(one.root, other.root);
+      ASSERT_EQ(one.parent, other.parent);
+      ASSERT_EQ(one.rays, other.rays);
+      ASSERT_EQ(one.inside, other.inside);
+      ASSERT_EQ(one.rented, other.rented);
+      ASSERT_EQ(one.node_slots, other.node_slots);
+      ASSERT_EQ(one.has_its_nodes, other.has_its_nodes);
+      ASSERT_EQ(one.geometry_bits, other.geometry_bits);
+    }
+  }
+}
+
 // What was rented is what the next one rents or buys.
 void WhatWasRentedIsUsedAgain() {
   Random random(64);
@@ -255,6 +286,7 @@ HWY_EXPORT_AND_TEST_P(RentOrBuyTest, CostsAtMostTwiceTheBest);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, ManyRaysBuyAtOnce);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, NodesAreBoughtOnce);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, LeavesKeepTheirCopies);
+HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatMemoryHeldBeforeDoesNotMatter);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatWasRentedIsUsedAgain);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhatHasMovedIsSplitWithoutCare);
 HWY_EXPORT_AND_TEST_P(RentOrBuyTest, WhoIsInsideMayStay);
