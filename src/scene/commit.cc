@@ -54,10 +54,11 @@ Scene::Implementation::Implementation(std::shared_ptr<Device> shared_device,
         previous->parts.triangle_count + (growth_ ? growth_->triangle_count() : 0);
   } else if (Engine().Keeps()) {
     const Keep keep = options.keep;
+    // Whoever wants to keep little wants no spare memory either.
+    SparePages* const spare = keep == Keep::kLittle ? nullptr : &Engine().spare_pages;
     parts.kept = std::make_unique<KeptPartition>(
         parts.geometries, Engine().BudgetBytes(parts.geometries, keep, prepared_.has_room()),
-        Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory,
-        &Engine().spare_pages);
+        Engine().kernels.partition.first_look, Engine().tasks, &Engine().memory, spare);
     if (options.splits_with_care) parts.kept->SplitWithCare();
     parts.bounds = parts.kept->bounds();
     parts.triangle_count = parts.kept->triangle_count();

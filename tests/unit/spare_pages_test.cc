@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <fstream>
 #include <memory>
 #include <new>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -97,6 +100,35 @@ TEST(SparePagesTest, TheyMakeRoomForOthers) {
   EXPECT_EQ(spare.Take(50 * kMegabyte, nullptr).bytes(), 50 * kMegabyte);
   EXPECT_EQ(spare.bytes(), 0u);
   EXPECT_THROW(spare.Take(200 * kMegabyte, nullptr), std::bad_alloc);
+}
+
+/// What the process has and the system may take; nothing if it does not say.
+std::optional<std::size_t> LazilyFreeBytes() {
+  std::ifstream file("/proc/self/smaps_rollup");
+  for (std::string word; file >> word;) {
+    std::size_t kilobytes;
+    if (word == "LazyFree:" && file >> kilobytes) return kilobytes * 1024;
+  }
+  return std::nullopt;
+}
+
+TEST(SparePagesTest, AScenesMemoryStaysWithItsDeviceUnlessItIsToKeepLittle) {
+  unit::Random random(1);
+  const unit::Mesh mesh = unit::MakeSoup(random, 100000, 1, 0.1f);
+  const std::vector<Geometry> geometries = {unit::GeometryOf(mesh)};
+  const auto before = LazilyFreeBytes();
+  if (!before || DACRT_TEST_EMULATED) GTEST_SKIP() << "the system does not say";
+  for (const Keep keep : {Keep::kLittle, Keep::kByBudget}) {
+    auto device = std::make_shared<Device>(Settings{.threads = 1});
+    {
+      const Scene scene(device, geometries, SceneOptions{.keep = keep});
+      std::vector<unit::Ray> rays = unit::MakeRays(random, 5000, 1);
+      scene.Trace(Query::kClosest, unit::ViewOf(rays));
+    }
+    EXPECT_EQ(LazilyFreeBytes() > *before, keep != Keep::kLittle);
+    device.reset();
+    EXPECT_EQ(LazilyFreeBytes(), before) << "it goes with the device";
+  }
 }
 
 }  // namespace

@@ -39,10 +39,12 @@ std::size_t ReadBytes(const char* path, const std::string& name) {
   throw std::runtime_error(std::string(path) + " does not say " + name);
 }
 
-// What the process holds. Pages of files, such as a library's code, are no memory of a scene.
+// What the process holds. Pages of files, such as a library's code, are no memory of a scene, nor
+// are those that the system may take.
 struct Resident {
-  std::size_t anonymous = ReadBytes("/proc/self/smaps_rollup", "Anonymous:");
-  std::size_t files = ReadBytes("/proc/self/smaps_rollup", "Rss:") - anonymous;
+  std::size_t lazily_free = ReadBytes("/proc/self/smaps_rollup", "LazyFree:");
+  std::size_t anonymous = ReadBytes("/proc/self/smaps_rollup", "Anonymous:") - lazily_free;
+  std::size_t files = ReadBytes("/proc/self/smaps_rollup", "Rss:") - lazily_free - anonymous;
   std::size_t peak = ReadBytes("/proc/self/status", "VmHWM:");  // of all pages
 };
 
