@@ -25,8 +25,9 @@ Growth::Growth(const KeptPartition& kept, const GeometryTable& now, std::size_t 
   const std::size_t before = kept.triangle_count() + kept.left_out().size();
   memory_ = Pages(sizeof(uint32_t) * (now.triangle_count() - before), kept.account());
   listed_ = ListInPieces(now, before, numbers(), list, tasks);
-  const KeptPartition::Capacity capacity = kept.CapacityFor(now, bytes);
-  if (capacity.bytes > kept.capacity().bytes) {
+  const KeptPartition::Capacity has = kept.capacity(), capacity = kept.CapacityFor(now, bytes);
+  // Spare memory may have more bytes than triangles find places in.
+  if (capacity.triangles > has.triangles || capacity.bytes > has.bytes) {
     copy_ = std::make_unique<KeptPartition>(kept, capacity);
   }
   more_ = MemoryClaim(bytes - kept.BytesReserved(), kept.account());

@@ -69,6 +69,25 @@ TEST(GrowthTest, AnAttachedMeshIsASubsetMore) {
   EXPECT_LE(film.scene().KeptBytesUsed(), film.scene().KeptBytes());
 }
 
+// What was another scene's may have more bytes than this one asked for: room for more leaves, but
+// its order has no places for more triangles there.
+TEST(GrowthTest, InTheMemoryOfALargerSceneItIsMovedAllTheSame) {
+  Sheets sheets(160, 12);
+  Film film = sheets.Begin(160);
+  const std::vector<Mesh> all = film.meshes;
+  const auto show = [&](std::size_t count) {
+    film.meshes.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
+    film.revisions.resize(count, 1);
+    film.hidden.resize(count);
+    return film.Advance();
+  };
+  EXPECT_FALSE(show(95));
+  EXPECT_FALSE(show(94)) << "in the memory of the first one";
+  film.Check(20000);
+  ASSERT_TRUE(show(130));
+  film.Check(20000);
+}
+
 TEST(GrowthTest, ManyMayComeOneAfterTheOther) {
   for (const std::size_t rays : {300u, 20000u}) {  // hardly anything is split, or all
     Sheets sheets(120, 10);
