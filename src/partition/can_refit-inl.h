@@ -142,7 +142,7 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
   }
   constexpr size_t kRowsOfPart = 32768;
   std::vector<ArrayPart> parts;
-  std::vector<uint8_t> to_count(changed.size());  ///< a byte each, for threads
+  std::vector<bool> to_count(changed.size());
   size_t items = 0;
   for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
     if (!changed[geometry] || now.shapes().IsHidden(geometry)) continue;
@@ -158,15 +158,19 @@ inline bool SameCanBeHit(const KeptPartition& kept, const GeometryTable& now,
     if (items > kFewItems) return tasks.ForEach(count, body);
     for (size_t i = 0; i < count; ++i) body(i);
   };
-  std::vector<uint8_t> is_usable(parts.size());
+  std::vector<uint8_t> is_usable(parts.size());  // a byte each, for threads
   for_each(parts.size(),
            [&](size_t i) { is_usable[i] = AllCanBeHit(now[parts[i].geometry], parts[i]); });
-  for (size_t i = 0; i < parts.size(); ++i) to_count[parts[i].geometry] |= !is_usable[i];
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (!is_usable[i]) to_count[parts[i].geometry] = true;
+  }
+  std::vector<uint32_t> counted;
+  for (uint32_t geometry = 0; geometry < changed.size(); ++geometry) {
+    if (to_count[geometry]) counted.push_back(geometry);
+  }
   std::atomic<bool> is_same{true};
-  for_each(changed.size(), [&](size_t geometry) {
-    if (!to_count[geometry] || !is_same) return;
-    const auto number = static_cast<uint32_t>(geometry);
-    if (CountUnusable(now, number) != left_out[geometry]) is_same = false;
+  for_each(counted.size(), [&](size_t i) {
+    if (is_same && CountUnusable(now, counted[i]) != left_out[counted[i]]) is_same = false;
   });
   return is_same;
 }

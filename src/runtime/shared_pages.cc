@@ -11,13 +11,6 @@
 #include "runtime/assert.h"
 
 namespace dacrt {
-namespace {
-
-constexpr std::size_t UnitsOf(std::size_t bytes, std::size_t unit) {
-  return (bytes + unit - 1) / unit;
-}
-
-}  // namespace
 
 SharedPages& SharedPages::Get() {
   static SharedPages& pages = *new SharedPages;
@@ -58,8 +51,6 @@ SharedPages::LargePage* SharedPages::Map() {
   return page;
 }
 
-void SharedPages::Unmap(LargePage* page) { munmap(page, kLargePage); }
-
 SharedPages::LargePage* SharedPages::Add() {
   LargePage* const page = Map();
   if (!page) return nullptr;
@@ -67,7 +58,7 @@ SharedPages::LargePage* SharedPages::Add() {
     page->place = large_pages_.emplace(page->LongestFree(), page);
     return page;
   } catch (const std::bad_alloc&) {
-    Unmap(page);
+    munmap(page, kLargePage);
     return nullptr;
   }
 }
@@ -80,7 +71,7 @@ void SharedPages::SetPlace(LargePage& page) {
 
 std::byte* SharedPages::Take(std::size_t bytes) noexcept {
   DACRT_ASSERT(bytes > 0 && bytes <= kMostBytes);
-  const std::size_t units = UnitsOf(bytes, kUnit);
+  const std::size_t units = UnitsOf(bytes);
   const std::lock_guard lock(mutex_);
   const auto fullest = large_pages_.lower_bound(units);
   LargePage* const page = fullest != large_pages_.end() ? fullest->second : Add();
@@ -97,7 +88,7 @@ std::byte* SharedPages::Take(std::size_t bytes) noexcept {
 void SharedPages::Return(std::byte* block, std::size_t bytes) noexcept {
   const auto address = reinterpret_cast<std::uintptr_t>(block);
   auto* const page = reinterpret_cast<LargePage*>(address / kLargePage * kLargePage);
-  const std::size_t first = address % kLargePage / kUnit, units = UnitsOf(bytes, kUnit);
+  const std::size_t first = address % kLargePage / kUnit, units = UnitsOf(bytes);
   const std::lock_guard lock(mutex_);
   for (std::size_t i = first; i < first + units; ++i) {
     page->taken.reset(i);
@@ -105,7 +96,7 @@ void SharedPages::Return(std::byte* block, std::size_t bytes) noexcept {
   }
   if (page->taken.count() > 1) return SetPlace(*page);
   large_pages_.erase(page->place);
-  Unmap(page);
+  munmap(page, kLargePage);
 }
 
 }  // namespace dacrt

@@ -34,6 +34,7 @@ class SharedPages {
 
  private:
   static constexpr std::size_t kLargePage = 2 * 1024 * 1024, kUnit = 4096;
+  static constexpr std::size_t UnitsOf(std::size_t bytes) { return (bytes + kUnit - 1) / kUnit; }
   using Units = std::bitset<kLargePage / kUnit>;
 
   /// At the beginning of each large page, in its first unit.
@@ -50,7 +51,6 @@ class SharedPages {
   static_assert(sizeof(LargePage) <= kUnit);
 
   static LargePage* Map();
-  static void Unmap(LargePage* page);
   LargePage* Add();
   void SetPlace(LargePage& page);
 
